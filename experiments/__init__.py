@@ -1,0 +1,1 @@
+"""One runnable module per story; each tells it from top to bottom."""

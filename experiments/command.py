@@ -1,0 +1,138 @@
+"""What every command shares: options in, results out, a user's mistake told in one line."""
+
+import contextlib
+import dataclasses
+import io
+import json
+import re
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import tyro
+import yaml
+
+from irl.errors import InputError
+from irl.files import atomic_path
+from models.errors import ModelError
+
+Config = TypeVar("Config")
+BAD_INPUT = 2
+
+
+def _fail(message: str) -> "SystemExit":
+    print(f"error: {message}", file=sys.stderr)
+    return SystemExit(BAD_INPUT)
+
+
+def _plain(value: Any) -> Any:
+    """Turn a configuration or result into what YAML and JSON can hold."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Path):
+        return str(value)
+    return value
+
+
+def parse(config_type: type[Config], arguments: list[str] | None = None) -> Config:
+    """Read the options, each a field of ``config_type``.
+
+    Raises:
+        SystemExit: 0 after ``--help``; 2 after one line that names the mistake.
+    """
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            return tyro.cli(config_type, args=arguments)
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+    # The parser's boxed message, flattened: strip frames and colours, keep the words.
+    text = re.sub(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]+", " ", said.getvalue())
+    raise _fail(re.sub(r"\s+", " ", text).strip())
+
+
+class Output:
+    """A command's output folder: made on entry, so that an unwritable one costs no work."""
+
+    def __init__(self, folder: Path, config: Any) -> None:
+        """Create ``folder``; leave nothing behind if that fails.
+
+        Raises:
+            InputError: if the folder cannot be created or written.
+        """
+        self.folder = Path(folder)
+        self._config = config
+        missing = [p for p in (self.folder, *self.folder.parents) if not p.exists()]
+        self._created: list[Path] = []
+        try:
+            for path in reversed(missing):
+                path.mkdir()
+                self._created.append(path)
+            tempfile.TemporaryFile(dir=self.folder).close()
+        except OSError as error:
+            self.discard()
+            raise InputError(
+                f"--out {self.folder}: cannot be written ({error.strerror}); give a writable folder"
+            ) from error
+
+    def discard(self) -> None:
+        """Remove the folders this run made, as far as they are still empty."""
+        for path in reversed(self._created):
+            with contextlib.suppress(OSError):
+                path.rmdir()
+
+    @contextlib.contextmanager
+    def file(self, name: str):
+        """Yield a temporary path that becomes ``name`` in the folder when the block succeeds."""
+        with atomic_path(self.folder / name) as path:
+            yield path
+
+    def write_config(self) -> None:
+        """Save the whole effective configuration, defaults included, as ``config.yaml``."""
+        with self.file("config.yaml") as path:
+            path.write_text(yaml.safe_dump(_plain(self._config), sort_keys=False))
+
+    def write_result(self, result: dict[str, Any]) -> None:
+        """Save the figures as ``result.json``."""
+        with self.file("result.json") as path:
+            path.write_text(json.dumps(_plain(result), indent=2, allow_nan=False) + "\n")
+
+
+def execute(
+    config_type: type[Config],
+    main: Callable[[Config, Output], dict[str, Any]],
+    arguments: list[str] | None = None,
+) -> None:
+    """Run a command as a person does: parse, work, leave ``config.yaml`` and ``result.json``.
+
+    ``main(config, output)`` returns what goes into ``result.json``. A mistake of the user
+    ends in one line on stderr and exit code 2; a defect of ours keeps its traceback.
+    """
+    config = parse(config_type, arguments)
+    try:
+        output = Output(config.out, config)  # type: ignore[attr-defined]
+        try:
+            result = main(config, output)
+        except (InputError, ModelError):
+            output.discard()
+            raise
+        output.write_config()
+        output.write_result(result)
+    except (InputError, ModelError) as error:
+        raise _fail(str(error)) from None
+    except OSError as error:
+        raise _fail(f"{error.filename}: {error.strerror}") from error
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None

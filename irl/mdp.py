@@ -1,0 +1,128 @@
+"""The transition model: a sparse Markov decision process without its reward.
+
+Only feasible pairs (s, a) have rows, so what the robot cannot do is absent rather than
+worth zero: softmax, entropy and argmax run over each state's own actions.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from irl.errors import InputError
+
+
+@dataclass(frozen=True)
+class TransitionModel:
+    """P(s' | s, a) over feasible pairs, the pairs sorted by state, then action.
+
+    Attributes:
+        n_states: number of states.
+        n_actions: number of actions.
+        pair_state: int32 ``[n_pairs]``.
+        pair_action: int32 ``[n_pairs]``.
+        P: CSR matrix ``[n_pairs, n_states]``; each row sums to 1.
+    """
+
+    n_states: int
+    n_actions: int
+    pair_state: np.ndarray
+    pair_action: np.ndarray
+    P: sparse.csr_matrix
+
+    @classmethod
+    def from_entries(
+        cls,
+        n_states: int,
+        n_actions: int,
+        state: np.ndarray,
+        action: np.ndarray,
+        next_state: np.ndarray,
+        probability: np.ndarray,
+    ) -> "TransitionModel":
+        """Build from parallel arrays, one entry per (s, a, s'), in any order.
+
+        Raises:
+            InputError: if shapes differ, an index is out of range, a probability is not
+                finite and positive, an entry occurs twice, or a pair's probabilities do not
+                sum to 1 within 1e-9.
+        """
+        arrays = {
+            "state": np.asarray(state),
+            "action": np.asarray(action),
+            "next_state": np.asarray(next_state),
+            "probability": np.asarray(probability, dtype=np.float64),
+        }
+        shapes = {name: array.shape for name, array in arrays.items()}
+        if len(set(shapes.values())) != 1 or arrays["state"].ndim != 1:
+            raise InputError(
+                f"transitions: one-dimensional arrays of one length wanted, got {shapes}"
+            )
+        for name, limit in (("state", n_states), ("action", n_actions), ("next_state", n_states)):
+            array = arrays[name]
+            if not np.issubdtype(array.dtype, np.integer):
+                raise InputError(
+                    f"transitions: field '{name}' must hold integers, is {array.dtype}"
+                )
+            if array.size and (array.min() < 0 or array.max() >= limit):
+                raise InputError(f"transitions: field '{name}' must lie in 0…{limit - 1}")
+        p = arrays["probability"]
+        if not (np.isfinite(p).all() and (p > 0).all()):
+            raise InputError("transitions: field 'probability' must be finite and above 0")
+        pair = arrays["state"].astype(np.int64) * n_actions + arrays["action"]
+        entry = pair * n_states + arrays["next_state"]
+        if np.unique(entry).size != entry.size:
+            raise InputError("transitions: an entry (state, action, next_state) occurs twice")
+        pairs, row = np.unique(pair, return_inverse=True)
+        P = sparse.csr_matrix((p, (row, arrays["next_state"])), shape=(pairs.size, n_states))
+        defect = np.abs(np.asarray(P.sum(axis=1)).ravel() - 1.0)
+        if defect.size and defect.max() > 1e-9:
+            worst = int(defect.argmax())
+            raise InputError(
+                "transitions: field 'probability' must sum to 1 for every pair; "
+                f"state {pairs[worst] // n_actions}, action {pairs[worst] % n_actions} "
+                f"is off by {defect[worst]:.3g}"
+            )
+        return cls(
+            n_states=n_states,
+            n_actions=n_actions,
+            pair_state=(pairs // n_actions).astype(np.int32),
+            pair_action=(pairs % n_actions).astype(np.int32),
+            P=P,
+        )
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of feasible pairs."""
+        return self.pair_state.size
+
+    @cached_property
+    def first_pair(self) -> np.ndarray:
+        """int64 ``[n_states + 1]``: the pairs of state s are ``first_pair[s]:first_pair[s + 1]``."""
+        return np.searchsorted(self.pair_state, np.arange(self.n_states + 1))
+
+    @cached_property
+    def mask(self) -> np.ndarray:
+        """bool ``[n_states, n_actions]``: which pairs are feasible."""
+        mask = np.zeros((self.n_states, self.n_actions), dtype=bool)
+        mask[self.pair_state, self.pair_action] = True
+        return mask
+
+    def pair_index(self, state: np.ndarray, action: np.ndarray) -> np.ndarray:
+        """Row of each pair in ``P``, −1 where the pair is infeasible; shapes broadcast."""
+        key = np.asarray(state, dtype=np.int64) * self.n_actions + np.asarray(action)
+        keys = self.pair_state.astype(np.int64) * self.n_actions + self.pair_action
+        row = np.searchsorted(keys, key)
+        found = (row < keys.size) & (keys[np.minimum(row, keys.size - 1)] == key)
+        return np.where(found, row, -1)
+
+    def table(self, per_pair: np.ndarray, fill: float = -np.inf) -> np.ndarray:
+        """Spread values ``[n_pairs]`` over ``[n_states, n_actions]``, ``fill`` where infeasible."""
+        table = np.full((self.n_states, self.n_actions), fill, dtype=np.asarray(per_pair).dtype)
+        table[self.pair_state, self.pair_action] = per_pair
+        return table
+
+    def q_values(self, f: np.ndarray) -> np.ndarray:
+        """Q(s, a) = Σ_s' P_sa(s') f(s'), thesis (3.17); ``[n_states, n_actions]``, −∞ infeasible."""
+        return self.table(self.P @ f)

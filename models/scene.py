@@ -1,0 +1,41 @@
+"""Plants from the model files: parsing, strict, by ``package://active_advice_irl`` URIs."""
+
+import hashlib
+from pathlib import Path
+
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+
+MODELS = Path(__file__).parent
+DESCRIPTION = MODELS / "description"
+PACKAGE = "package://active_advice_irl/description"
+
+ARM, GRIPPER, CUBE = "arm", "gripper", "cube"
+"""Model instance names in every scene."""
+
+
+def strict_parser(plant: MultibodyPlant) -> Parser:
+    """Return a parser that knows this package and turns every warning into an error."""
+    parser = Parser(plant)
+    parser.SetStrictParsing()
+    parser.package_map().AddPackageXml(str(MODELS / "package.xml"))
+    return parser
+
+
+def add_models(plant: MultibodyPlant, *files: str) -> None:
+    """Add description files, e.g. ``station.dmd.yaml``, to a plant before `Finalize`.
+
+    Raises:
+        RuntimeError: if a file is missing, or Drake would warn about it.
+    """
+    parser = strict_parser(plant)
+    for file in files:
+        parser.AddModels(url=f"{PACKAGE}/{file}")
+
+
+def description_hash() -> str:
+    """SHA-256 over all description files: names what a stored map was computed from."""
+    digest = hashlib.sha256()
+    for path in sorted(DESCRIPTION.iterdir()):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()

@@ -71,8 +71,8 @@ class TransitionModel:
         if not (np.isfinite(p).all() and (p > 0).all()):
             raise InputError("transitions: field 'probability' must be finite and above 0")
         pair = arrays["state"].astype(np.int64) * n_actions + arrays["action"]
-        entry = pair * n_states + arrays["next_state"]
-        if np.unique(entry).size != entry.size:
+        entry = np.sort(pair * n_states + arrays["next_state"])
+        if (entry[1:] == entry[:-1]).any():
             raise InputError("transitions: an entry (state, action, next_state) occurs twice")
         pairs, row = np.unique(pair, return_inverse=True)
         P = sparse.csr_matrix((p, (row, arrays["next_state"])), shape=(pairs.size, n_states))
@@ -99,23 +99,60 @@ class TransitionModel:
 
     @cached_property
     def first_pair(self) -> np.ndarray:
-        """int64 ``[n_states + 1]``: the pairs of state s are ``first_pair[s]:first_pair[s + 1]``."""
+        """State s has the pairs ``first_pair[s]:first_pair[s + 1]``; int64 ``[n_states + 1]``."""
         return np.searchsorted(self.pair_state, np.arange(self.n_states + 1))
 
     @cached_property
     def mask(self) -> np.ndarray:
-        """bool ``[n_states, n_actions]``: which pairs are feasible."""
+        """Which pairs are feasible; bool ``[n_states, n_actions]``."""
         mask = np.zeros((self.n_states, self.n_actions), dtype=bool)
         mask[self.pair_state, self.pair_action] = True
         return mask
 
-    def pair_index(self, state: np.ndarray, action: np.ndarray) -> np.ndarray:
-        """Row of each pair in ``P``, −1 where the pair is infeasible; shapes broadcast."""
-        key = np.asarray(state, dtype=np.int64) * self.n_actions + np.asarray(action)
-        keys = self.pair_state.astype(np.int64) * self.n_actions + self.pair_action
-        row = np.searchsorted(keys, key)
-        found = (row < keys.size) & (keys[np.minimum(row, keys.size - 1)] == key)
-        return np.where(found, row, -1)
+    @cached_property
+    def _pair_table(self) -> np.ndarray:
+        """Row of each pair in ``P``, −1 where infeasible; int32 ``[n_states, n_actions]``."""
+        return self.table(np.arange(self.n_pairs, dtype=np.int32), fill=-1)
+
+    def pair_index(self, state: np.ndarray | int, action: np.ndarray | int) -> np.ndarray:
+        """Row of each pair in ``P``, −1 where the pair is infeasible; shapes broadcast.
+
+        Any integer that is no action, such as a policy's −1, is infeasible everywhere.
+        """
+        state, action = np.asarray(state), np.asarray(action)
+        known = (action >= 0) & (action < self.n_actions)
+        return np.where(known, self._pair_table[state, np.where(known, action, 0)], -1)
+
+    def actions_of(self, state: int) -> np.ndarray:
+        """The feasible actions of one state, ascending; int32 ``[n]``."""
+        return self.pair_action[self.first_pair[state] : self.first_pair[state + 1]]
+
+    def sample(self, state: int, action: int, rng: np.random.Generator) -> int:
+        """Draw s' from P(s' | s, a).
+
+        Raises:
+            InputError: if the pair is infeasible.
+        """
+        row = int(self.pair_index(state, action))
+        if row < 0:
+            raise InputError(
+                f"action {action} is not feasible in state {state}; "
+                f"feasible: {self.actions_of(state).tolist()}"
+            )
+        entries = slice(self.P.indptr[row], self.P.indptr[row + 1])
+        return int(rng.choice(self.P.indices[entries], p=self.P.data[entries]))
+
+    def reachable(self, starts: np.ndarray) -> np.ndarray:
+        """Where some sequence of actions can lead, starts included; bool ``[n_states]``."""
+        reached = np.zeros(self.n_states, dtype=bool)
+        reached[starts] = True
+        back = self.P.T
+        while True:
+            # One action further from everything reached so far.
+            further = reached | (back @ reached[self.pair_state].astype(float) > 0)
+            if further.sum() == reached.sum():
+                return reached
+            reached = further
 
     def table(self, per_pair: np.ndarray, fill: float = -np.inf) -> np.ndarray:
         """Spread values ``[n_pairs]`` over ``[n_states, n_actions]``, ``fill`` where infeasible."""
@@ -124,5 +161,5 @@ class TransitionModel:
         return table
 
     def q_values(self, f: np.ndarray) -> np.ndarray:
-        """Q(s, a) = Σ_s' P_sa(s') f(s'), thesis (3.17); ``[n_states, n_actions]``, −∞ infeasible."""
+        """Q(s, a) = Σ_s' P_sa(s') f(s') (3.17); ``[n_states, n_actions]``, −∞ where infeasible."""
         return self.table(self.P @ f)

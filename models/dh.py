@@ -127,7 +127,7 @@ def forward_kinematics(chain: DHChain, q: ArrayLike) -> tuple[Array, Array]:
     """
     rotations, offsets = joint_rotations(chain, q), joint_offsets(chain, q)
     R_BE = np.broadcast_to(chain.R_B0, (*rotations.shape[:-3], 3, 3))
-    p_BE = np.zeros(offsets.shape[:-2] + (3,))
+    p_BE = np.zeros((*offsets.shape[:-2], 3))
     for i in range(chain.n_joints):
         p_BE = p_BE + np.einsum("...ij,...j->...i", R_BE, offsets[..., i, :])
         R_BE = R_BE @ rotations[..., i, :, :]

@@ -13,6 +13,8 @@ LINK_Y, LINK_Z = 0.0315 + 0.0061, -0.0041 + 0.0471
 PAD_SURFACE_Y = -0.0220203 - 0.00635 / 2
 """Inner-finger joint to the pad's surface along the closing axis [m]."""
 
+TCP_FROM_FLANGE = 0.1425
+"""Origin of frame G before the gripper's base, along the approach [m]; as `gen3_2f85.dmd.yaml`."""
 MAX_OPENING = 0.085
 """Rated stroke [m]."""
 KNUCKLE_LIMIT = 0.8

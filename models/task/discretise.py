@@ -88,9 +88,7 @@ def identify(
     state = encode_states((ix * 3 + iy) * 2 + iz, orientation, np.where(held, gripper, -1))
     state = np.where(~held & off_table(p_WO), LOST, state)
     gripper_angle = np.where(held, gripper_angle, np.nan)
-    return Identification(
-        *np.broadcast_arrays(state, orientation_angle, gripper_angle, distance)  # type: ignore[arg-type]
-    )
+    return Identification(*np.broadcast_arrays(state, orientation_angle, gripper_angle, distance))
 
 
 def off_table(p_WO: ArrayLike) -> NDArray[np.bool_]:

@@ -1,7 +1,7 @@
 """What every action would lead to if the cube were rigid in the hand: estimates from geometry.
 
-They stand in where nothing was measured (thesis 5.9, where "a function that estimates the next
-state" completes the transition model). Each action ends as it is meant to:
+They complete the transition model where nothing was measured (thesis 5.9). Each action ends as
+it is meant to:
 
 * grasp: the cube is held in its column's lower cell, its orientation kept;
 * translate: the cube is held in the target cell, its orientation kept;
@@ -16,11 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import ModelError
-from models.task.discretise import all_nearest_orientations
+from models.task.discretise import all_nearest_orientations, nearest_orientation
+from models.task.pairs import nominal_pairs, require_pairs
 from models.task.spaces import (
-    N_ACTIONS,
-    N_STATES,
     R_WG,
     R_WO,
     Array,
@@ -56,37 +54,16 @@ class Transitions(NamedTuple):
     probability: NDArray[np.float64]
 
 
-def nominal_pairs() -> NDArray[np.bool_]:
-    """Pairs that make sense before any robot is asked; bool ``[N_STATES, N_ACTIONS]``.
-
-    Grasps of a free cube; translations, rotations and the drop of a held one, except those to
-    where it already is.
-    """
-    position, _, gripper = (part[:, None] for part in decode_states(np.arange(N_STATES)))
-    kind, target = decode_actions(np.arange(N_ACTIONS))
-    held = gripper >= 0
-    stays = ((kind == Kind.TRANSLATE) & (target == position)) | (
-        (kind == Kind.ROTATE) & (target == gripper)
-    )
-    return np.where(kind == Kind.GRASP, ~held, held & ~stays)
-
-
 def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
     """Estimated outcomes of all feasible pairs that `nominal_pairs` allows.
 
     Args:
-        feasible: which pairs the robot can do, bool ``[N_STATES, N_ACTIONS]``.
+        feasible: which pairs the robot can do, as `models.task.pairs.require_pairs` takes it.
 
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
     """
-    feasible = np.asarray(feasible)
-    if feasible.shape != (N_STATES, N_ACTIONS) or feasible.dtype != np.bool_:
-        raise ModelError(
-            f"feasible is {feasible.dtype} {list(feasible.shape)}; "
-            f"wanted bool [{N_STATES}, {N_ACTIONS}]"
-        )
-    state, action = np.nonzero(feasible & nominal_pairs())
+    state, action = np.nonzero(require_pairs(feasible) & nominal_pairs())
     position, orientation, gripper = decode_states(state)
     kind, target = decode_actions(action)
 
@@ -124,8 +101,7 @@ def rotated_orientations() -> tuple[Indices, Indices]:
         after and orientation before; and they themselves in ascending order, −1 beyond their
         number, ``[18, 18, 48, most]``.
     """
-    turn = R_WG[None] @ np.swapaxes(R_WG, -1, -2)[:, None]
-    near = all_nearest_orientations(turn[:, :, None] @ R_WO, TIE)
+    near = all_nearest_orientations(_turned_cubes(), TIE)
     number = near.sum(axis=-1)
     most = int(number.max())
     # A stable sort of "not near" brings the near ones to the front, in ascending order.
@@ -133,13 +109,15 @@ def rotated_orientations() -> tuple[Indices, Indices]:
     return number, np.where(np.arange(most) < number[..., None], first, -1)
 
 
-def snap_angles() -> Array:
-    """Angle from the turned cube to its nearest orientation, radians ``[18, 18, 48]``.
+def rotation_snap_angles() -> Array:
+    """Angle from the turned cube to its nearest orientation: what the estimate conceals.
 
-    Indexed like `rotated_orientations`: how much an estimate of a rotation conceals.
+    Radians ``[18, 18, 48]``, indexed like `rotated_orientations`.
     """
-    from models.rotations import geodesic_angle  # noqa: PLC0415
+    return nearest_orientation(_turned_cubes())[1]
 
+
+def _turned_cubes() -> Array:
+    """R_WO' = R_WG'·R_WGᵀ·R_WO, ``[18, 18, 48, 3, 3]`` by G, G' and O."""
     turn = R_WG[None] @ np.swapaxes(R_WG, -1, -2)[:, None]
-    nearest = rotated_orientations()[1][..., 0]
-    return geodesic_angle(R_WO[nearest], turn[:, :, None] @ R_WO)
+    return turn[:, :, None] @ R_WO

@@ -1,0 +1,142 @@
+"""The 2F-85 as its user sees it: an opening in metres goes in, opening and force come out."""
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
+
+from diagrams.reference_ramp import ReferenceRamp
+from models import gripper
+
+GRIP_FORCE = 40.0
+"""Force of each pad on what it holds [N]; the vendor's range is 20 to 235 N."""
+KNUCKLE_SPEED = 0.5
+"""Knuckle velocity limit [rad/s]: the pads close on each other at about 0.05 m/s each."""
+_GAINS = PdControllerGains(p=100.0, d=2.0)
+
+
+def prepare_gripper(plant: MultibodyPlant, hand: ModelInstanceIndex) -> None:
+    """Give both knuckles the same implicit position control, limited to the grip force.
+
+    Call before ``plant.Finalize()``. The torque limit is the one that presses the pads on a
+    4 cm cube with `GRIP_FORCE`; equal on both sides, so that neither finger leads.
+    """
+    torque = GRIP_FORCE * float(gripper.closing_rate(gripper.knuckle_angle(0.04)))
+    for side in ("left", "right"):
+        actuator = plant.GetJointActuatorByName(f"{side}_knuckle", hand)
+        actuator.set_controller_gains(_GAINS)
+        actuator.set_effort_limit(torque)
+
+
+class _KnuckleCommand(LeafSystem):
+    """Opening [m] to knuckle angle [rad]."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        opening = self.DeclareVectorInputPort("opening", 1)
+
+        def calc(context: Context, output: BasicVector) -> None:
+            output[0] = gripper.knuckle_angle(opening.Eval(context)[0])
+
+        self.DeclareVectorOutputPort("knuckle", 1, calc)
+
+
+class _BothKnuckles(LeafSystem):
+    """Reference of one knuckle to the desired state of the two actuators."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        reference = self.DeclareVectorInputPort("reference", 2)
+
+        def calc(context: Context, output: BasicVector) -> None:
+            position, velocity = reference.Eval(context)
+            output.SetFromVector([position, position, velocity, velocity])
+
+        self.DeclareVectorOutputPort("desired_state", 4, calc)
+
+
+class _Measured(LeafSystem):
+    """Knuckle angle and torque to opening [m] and pad force [N]."""
+
+    def __init__(self, plant: MultibodyPlant, hand: ModelInstanceIndex) -> None:
+        super().__init__()
+        state = self.DeclareVectorInputPort("state", plant.num_multibody_states(hand))
+        torque = self.DeclareVectorInputPort("torque", plant.num_actuators(hand))
+        joint = plant.GetJointByName("left_knuckle", hand)
+        knuckle = sorted(
+            plant.get_joint(index).position_start()
+            for index in plant.GetJointIndices(hand)
+            if plant.get_joint(index).num_positions()
+        ).index(joint.position_start())
+
+        def calc_opening(context: Context, output: BasicVector) -> None:
+            output[0] = gripper.opening(state.Eval(context)[knuckle])
+
+        def calc_force(context: Context, output: BasicVector) -> None:
+            rate = gripper.closing_rate(state.Eval(context)[knuckle])
+            output[0] = torque.Eval(context).mean() / rate
+
+        # The plant computes torques within its step, from the state at the step's start.
+        self.DeclareVectorOutputPort("position_measured", 1, calc_opening, {state.ticket()})
+        self.DeclareVectorOutputPort("force_measured", 1, calc_force)
+
+
+class GripperController(Diagram):
+    """Opens and closes a prepared 2F-85 at limited speed and force.
+
+    ::
+
+                          ┌───────────────────┐
+       position_command ──┤                   ├── desired_state      (to the plant)
+      (plant) state ──────┤ GripperController ├── position_measured  [m]
+      (plant) torque ─────┤                   ├── force_measured     [N] per pad
+                          └───────────────────┘
+
+    `position_command` is the opening between the pads in metres. A command of 0 closes on
+    whatever lies between and holds it with `GRIP_FORCE`. The reference starts where
+    `set_opening` puts it.
+    """
+
+    def __init__(self, plant: MultibodyPlant, hand: ModelInstanceIndex, *, period: float) -> None:
+        """Control model instance ``hand`` of ``plant``, updated every ``period`` seconds."""
+        super().__init__()
+        builder = DiagramBuilder()
+        command = builder.AddNamedSystem("knuckle_command", _KnuckleCommand())
+        self._ramp = builder.AddNamedSystem(
+            "ramp", ReferenceRamp(1, speed=KNUCKLE_SPEED, period=period)
+        )
+        both = builder.AddNamedSystem("both_knuckles", _BothKnuckles())
+        measured = builder.AddNamedSystem("measured", _Measured(plant, hand))
+        builder.Connect(command.get_output_port(), self._ramp.get_input_port())
+        builder.Connect(self._ramp.get_output_port(), both.get_input_port())
+        builder.ExportInput(command.get_input_port(), "position_command")
+        builder.ExportInput(measured.GetInputPort("state"), "state")
+        builder.ExportInput(measured.GetInputPort("torque"), "torque")
+        builder.ExportOutput(both.get_output_port(), "desired_state")
+        for name in ("position_measured", "force_measured"):
+            builder.ExportOutput(measured.GetOutputPort(name), name)
+        builder.BuildInto(self)
+
+    def set_opening(self, context: Context, width: float) -> None:
+        """Put the reference at an opening of ``width`` metres, at rest."""
+        ramp_context = self._ramp.GetMyMutableContextFromRoot(context)
+        self._ramp.set_reference(ramp_context, [float(gripper.knuckle_angle(width))])
+
+    @classmethod
+    def add_to_builder(
+        cls,
+        builder: DiagramBuilder,
+        plant: MultibodyPlant,
+        hand: ModelInstanceIndex,
+    ) -> "GripperController":
+        """Add a controller at the plant's own period and wire it to the plant."""
+        controller = builder.AddNamedSystem(
+            "gripper_controller", cls(plant, hand, period=plant.time_step())
+        )
+        builder.Connect(
+            controller.GetOutputPort("desired_state"), plant.get_desired_state_input_port(hand)
+        )
+        builder.Connect(plant.get_state_output_port(hand), controller.GetInputPort("state"))
+        builder.Connect(
+            plant.get_net_actuation_output_port(hand), controller.GetInputPort("torque")
+        )
+        return controller

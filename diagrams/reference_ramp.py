@@ -1,0 +1,37 @@
+"""A command followed at limited speed."""
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+
+class ReferenceRamp(LeafSystem):
+    """Moves a reference towards its command, each component at most ``speed`` per second.
+
+    ::
+
+               ┌───────────────┐
+      command ─┤ ReferenceRamp ├─ reference  [position, velocity], each of size n
+               └───────────────┘
+
+    The reference is discrete state. It starts at zero: call `set_reference` on the context
+    to start anywhere else.
+    """
+
+    def __init__(self, size: int, *, speed: float, period: float) -> None:
+        """Ramp ``size`` components at ``speed`` per second, updated every ``period`` seconds."""
+        super().__init__()
+        self._size, self._speed, self._period = size, speed, period
+        self._command = self.DeclareVectorInputPort("command", size)
+        self._state = self.DeclareDiscreteState(2 * size)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclareStateOutputPort("reference", self._state)
+
+    def set_reference(self, context: Context, position: np.ndarray) -> None:
+        """Put the reference at ``position [size]``, at rest."""
+        context.SetDiscreteState(np.concatenate([position, np.zeros(self._size)]))
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        position = context.get_discrete_state(self._state).value()[: self._size]
+        largest = self._speed * self._period
+        step = np.clip(self._command.Eval(context) - position, -largest, largest)
+        values.set_value(self._state, np.concatenate([position + step, step / self._period]))

@@ -1,0 +1,103 @@
+"""Advice about actions: what an expert prefers or wants avoided in a cluster of states.
+
+Advice never enters training. It adjusts the action values afterwards, as UpdateQ does in
+thesis Algorithm 4.1, so that it can be given, changed and withdrawn without learning anew.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from irl.choices import check_choice
+from irl.errors import InputError
+
+BONUS = 0.2  # share of |Q| that a preferred action gains (thesis §4.2)
+AVOIDED_VALUE = -2.0  # what UpdateQ writes; below any Σ P f, as f > −1
+AVOID_MODES = ("mask", "thesis")
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Two disjoint tables, bool ``[n_states, n_actions]``."""
+
+    preferred: np.ndarray
+    avoided: np.ndarray
+
+    @classmethod
+    def none(cls, n_states: int, n_actions: int) -> "Advice":
+        """No advice about anything."""
+        shape = (n_states, n_actions)
+        return cls(np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool))
+
+    def add(
+        self, states: Iterable[int], preferred: Iterable[int], avoided: Iterable[int]
+    ) -> "Advice":
+        """Take in one answer about a cluster; where it contradicts earlier ones, it wins.
+
+        An expert who speaks twice of the same state has usually been asked about a smaller or
+        a different cluster since, and knows the earlier answer.
+
+        Args:
+            states: the cluster.
+            preferred: actions to prefer in all of its states.
+            avoided: actions to avoid there.
+
+        Returns:
+            The advice with the answer in it; this one is unchanged.
+
+        Raises:
+            InputError: if an action is in both sets, or an index is out of range.
+        """
+        n_states, n_actions = self.preferred.shape
+        cluster = _indices("states", states, n_states)
+        good = _indices("preferred actions", preferred, n_actions)
+        bad = _indices("avoided actions", avoided, n_actions)
+        both = np.intersect1d(good, bad)
+        if both.size:
+            raise InputError(
+                f"advice: action {both[0]} is both preferred and avoided; name it in one set only"
+            )
+        prefer, avoid = self.preferred.copy(), self.avoided.copy()
+        for actions, table, other in ((good, prefer, avoid), (bad, avoid, prefer)):
+            table[np.ix_(cluster, actions)] = True
+            other[np.ix_(cluster, actions)] = False
+        return Advice(prefer, avoid)
+
+    def apply(self, q: np.ndarray, mask: np.ndarray, avoid: str = "mask") -> np.ndarray:
+        """UpdateQ of thesis Algorithm 4.1: a new Q ``[n_states, n_actions]``.
+
+        A preferred action gains 20 % of |Q|. An avoided one is excluded (−∞) with
+        ``avoid="mask"`` and gets the constant −2 with ``avoid="thesis"``. Excluding *every*
+        feasible action would leave a state without policy, though the advice was given for
+        its cluster and not for it; there, nothing is excluded.
+
+        Args:
+            q: action values, anything where infeasible.
+            mask: bool of the same shape, the feasible pairs; −∞ is returned elsewhere.
+            avoid: ``"mask"`` or ``"thesis"``.
+
+        Raises:
+            InputError: if ``avoid`` is neither.
+        """
+        check_choice("avoid", avoid, AVOID_MODES)
+        advised = np.where(mask, q, -np.inf)
+        better = self.preferred & mask
+        advised[better] += BONUS * np.abs(advised[better])
+        if avoid == "thesis":
+            advised[self.avoided & mask] = AVOIDED_VALUE
+        else:
+            some_left = (mask & ~self.avoided).any(axis=1, keepdims=True)
+            advised[self.avoided & some_left] = -np.inf
+        return advised
+
+
+def _indices(name: str, values: Iterable[int], limit: int) -> np.ndarray:
+    array = np.asarray(list(values))
+    if array.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    if not np.issubdtype(array.dtype, np.integer):
+        raise InputError(f"advice: {name} must be integers, are {array.dtype}")
+    if array.min() < 0 or array.max() >= limit:
+        raise InputError(f"advice: {name} must lie in 0…{limit - 1}")
+    return np.unique(array)

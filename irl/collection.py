@@ -1,0 +1,111 @@
+"""Collecting demonstrations: a set to learn from, and one to be judged by (§5.10, §6.3)."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from irl.demonstrations import Demonstrations, generalise
+from irl.demonstrators import Demonstrator
+from irl.errors import InputError
+from irl.generalisation import Generalisation
+
+# Collecting gives up after this many trajectories in a row that brought nothing new.
+_PATIENCE = 1000
+
+
+def _collect(
+    demonstrator: Demonstrator,
+    starts: np.ndarray,
+    count: int,
+    prepare: Callable[[Demonstrations], Demonstrations],
+    rng: np.random.Generator,
+    max_steps: int,
+) -> Demonstrations:
+    """Merge prepared trajectories from random starts until ``count`` states have a label."""
+    gathered = Demonstrations.empty()
+    trajectory = fruitless = 0
+    while len(gathered) < count:
+        before = len(gathered)
+        pairs = demonstrator.trajectory(int(rng.choice(starts)), rng, max_steps)
+        gathered = gathered.merge(prepare(Demonstrations.from_pairs(pairs, trajectory)))
+        trajectory += 1
+        fruitless = 0 if len(gathered) > before else fruitless + 1
+        if fruitless == _PATIENCE:
+            raise InputError(
+                f"demonstrations: {count} states wanted, but trajectories from the given starts "
+                f"reach only {len(gathered)}"
+            )
+    return gathered
+
+
+def initial_demonstrations(
+    demonstrator: Demonstrator,
+    starts: np.ndarray,
+    count: int,
+    generalisation: Generalisation,
+    rules: Iterable[str] | None,
+    rng: np.random.Generator,
+    max_steps: int = 50,
+) -> Demonstrations:
+    """Demonstrate from random starts, generalising, until ``count`` states have a label (§6.3).
+
+    The last trajectory may bring too many: the surplus is dropped from the end, generalised
+    pairs first.
+
+    Args:
+        demonstrator: who demonstrates.
+        starts: indices of the states a trajectory may start in.
+        count: number of distinct states wanted.
+        generalisation: groups of feasible pairs.
+        rules: names of the rules to apply; all if ``None``.
+        rng: draws the starts, and the demonstrator's choices.
+        max_steps: length at which a trajectory is broken off.
+
+    Raises:
+        InputError: if a rule is unknown, or trajectories stop bringing new states before
+            ``count`` is reached.
+    """
+    names = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules)]
+    gathered = _collect(
+        demonstrator,
+        starts,
+        count,
+        lambda new: generalise(new, generalisation, names),
+        rng,
+        max_steps,
+    )
+    # Demonstrated pairs sort before generalised ones, and older before newer.
+    keep = np.argsort(gathered.generalised, kind="stable")[:count]
+    return gathered.select(np.sort(keep))
+
+
+def held_out(
+    demonstrator: Demonstrator,
+    exclude: np.ndarray,
+    starts: np.ndarray,
+    rng: np.random.Generator,
+    n: int = 100,
+    max_steps: int = 50,
+) -> Demonstrations:
+    """A validation set: ``n`` distinct states on fresh trajectories, none in ``exclude`` (§6.3).
+
+    Args:
+        demonstrator: who demonstrates; one without label noise, unless noise is to be scored.
+        exclude: indices of the states of the training set.
+        starts: indices of the states a trajectory may start in.
+        rng: draws the starts, and the demonstrator's choices.
+        n: number of states wanted.
+        max_steps: length at which a trajectory is broken off.
+
+    Raises:
+        InputError: if trajectories stop bringing new states before ``n`` is reached.
+    """
+    gathered = _collect(
+        demonstrator,
+        starts,
+        n,
+        lambda new: new.select(~np.isin(new.state, exclude)),
+        rng,
+        max_steps,
+    )
+    return gathered.select(np.arange(n))

@@ -1,0 +1,202 @@
+"""Demonstration sets: labelled pairs, where they come from, and what follows from them (§5.10)."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from irl.errors import InputError
+from irl.files import atomic_path
+from irl.formats import read_csv, write_csv
+from irl.generalisation import Generalisation
+from irl.mdp import TransitionModel
+
+SOURCES = ("demonstrator", "generalised", "human")
+_GENERALISED = SOURCES.index("generalised")
+_COLUMNS = ["trajectory", "step", "state", "action", "source"]
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstrations:
+    """Labelled pairs in the order they were given.
+
+    Attributes:
+        trajectory: int64 ``[n]``, which trajectory a pair belongs to; a generalised pair bears
+            the trajectory and step of the pair it follows from.
+        step: int64 ``[n]``, place within the trajectory.
+        state: int64 ``[n]``.
+        action: int64 ``[n]``.
+        source: uint8 ``[n]``, an index into ``SOURCES``.
+    """
+
+    trajectory: np.ndarray
+    step: np.ndarray
+    state: np.ndarray
+    action: np.ndarray
+    source: np.ndarray
+
+    @classmethod
+    def from_pairs(
+        cls, pairs: Iterable[tuple[int, int]], trajectory: int = 0, source: str = "demonstrator"
+    ) -> "Demonstrations":
+        """One trajectory of (state, action) pairs, steps counted from 0.
+
+        Raises:
+            InputError: if ``source`` is unknown.
+        """
+        if source not in SOURCES:
+            raise InputError(f"demonstrations: no source {source!r}; valid: {', '.join(SOURCES)}")
+        table = np.array(list(pairs), dtype=np.int64).reshape(-1, 2)
+        n = len(table)
+        return cls(
+            trajectory=np.full(n, trajectory, dtype=np.int64),
+            step=np.arange(n, dtype=np.int64),
+            state=table[:, 0],
+            action=table[:, 1],
+            source=np.full(n, SOURCES.index(source), dtype=np.uint8),
+        )
+
+    @classmethod
+    def empty(cls) -> "Demonstrations":
+        """No demonstrations."""
+        return cls.from_pairs([])
+
+    @classmethod
+    def concatenate(cls, parts: Sequence["Demonstrations"]) -> "Demonstrations":
+        """All pairs of all parts, conflicts included."""
+        return cls(
+            *(np.concatenate([getattr(p, c) for p in (cls.empty(), *parts)]) for c in _COLUMNS)
+        )
+
+    def __len__(self) -> int:
+        """Number of labelled pairs."""
+        return self.state.size
+
+    def select(self, rows: np.ndarray) -> "Demonstrations":
+        """The pairs at the given positions (integers, or bool ``[n]``)."""
+        return Demonstrations(*(getattr(self, column)[rows] for column in _COLUMNS))
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """The (state, action) pairs."""
+        return list(zip(self.state.tolist(), self.action.tolist(), strict=True))
+
+    @property
+    def generalised(self) -> np.ndarray:
+        """Which pairs follow from others instead of having been demonstrated; bool ``[n]``."""
+        return self.source == _GENERALISED
+
+    def resolved(self) -> "Demonstrations":
+        """One label a state: demonstrated before generalised, then the first given."""
+        order = np.lexsort((np.arange(len(self)), self.generalised, self.state))
+        first = np.ones(len(self), dtype=bool)
+        first[1:] = self.state[order][1:] != self.state[order][:-1]
+        return self.select(np.sort(order[first]))
+
+    def merge(self, other: "Demonstrations") -> "Demonstrations":
+        """Add ``other`` after these and keep one label a state, see ``resolved``."""
+        return Demonstrations.concatenate([self, other]).resolved()
+
+    @property
+    def n_states_demonstrated(self) -> int:
+        """Number of distinct states that have a label."""
+        return np.unique(self.state).size
+
+    def demonstrated_fraction(self, n_states: int) -> float:
+        """Distinct labelled states as a share of ``n_states`` (first row of Table 6.3)."""
+        return self.n_states_demonstrated / n_states
+
+    def check(self, model: TransitionModel, place: str = "demonstrations.csv") -> None:
+        """Check that every pair can be executed.
+
+        Raises:
+            InputError: naming ``place``, row and field of the first pair that cannot.
+        """
+        for field, limit in (("state", model.n_states), ("action", model.n_actions)):
+            values = getattr(self, field)
+            for row in np.flatnonzero((values < 0) | (values >= limit))[:1]:
+                raise InputError(
+                    f"{place}: row {row}, field '{field}' is {values[row]}, "
+                    f"must lie in 0…{limit - 1}"
+                )
+        for row in np.flatnonzero(model.pair_index(self.state, self.action) < 0)[:1]:
+            state = int(self.state[row])
+            raise InputError(
+                f"{place}: row {row}, field 'action' is {self.action[row]}, not feasible in "
+                f"state {state}; feasible: {model.actions_of(state).tolist()}"
+            )
+
+    def save(self, path: Path) -> None:
+        """Write as CSV, whole or not at all."""
+        with atomic_path(path) as temporary:
+            columns = [getattr(self, column).tolist() for column in _COLUMNS[:-1]]
+            names = [SOURCES[k] for k in self.source]
+            write_csv(temporary, _COLUMNS, zip(*columns, names, strict=True))
+
+    @classmethod
+    def load(cls, path: Path) -> "Demonstrations":
+        """Read a CSV file.
+
+        Raises:
+            InputError: if it is missing or not CSV, or a column or value is wrong.
+        """
+        header, rows = read_csv(path)
+        if header != _COLUMNS:
+            raise InputError(f"{path}: columns must be {_COLUMNS}, are {header}")
+        columns: dict[str, np.ndarray] = {}
+        for k, name in enumerate(_COLUMNS[:-1]):
+            for number, row in enumerate(rows):
+                if not (row[k].isascii() and row[k].isdigit() and len(row[k]) < 19):
+                    raise InputError(
+                        f"{path}: row {number}, field '{name}' must be an integer from 0, "
+                        f"is {row[k]!r}"
+                    )
+            columns[name] = np.array([int(row[k]) for row in rows], dtype=np.int64)
+        for number, row in enumerate(rows):
+            if row[-1] not in SOURCES:
+                raise InputError(
+                    f"{path}: row {number}, field 'source' is {row[-1]!r}; "
+                    f"valid: {', '.join(SOURCES)}"
+                )
+        source = np.array([SOURCES.index(row[-1]) for row in rows], dtype=np.uint8)
+        return cls(**columns, source=source)
+
+
+def generalise(
+    demonstrations: Demonstrations,
+    generalisation: Generalisation,
+    rules: Iterable[str] | None = None,
+) -> Demonstrations:
+    """Add what follows from the demonstrated pairs (§5.10.1).
+
+    Only what was demonstrated speaks for other pairs; what followed before does not, so errors
+    of a rule don't breed.
+
+    Args:
+        demonstrations: any set; its own pairs are kept.
+        generalisation: groups of feasible pairs.
+        rules: names of the rules to apply; all by default.
+
+    Returns:
+        One label a state, see ``Demonstrations.resolved``.
+
+    Raises:
+        InputError: if a rule is unknown.
+    """
+    names = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules)]
+    parts = [demonstrations]
+    for k in np.flatnonzero(~demonstrations.generalised):
+        state, action = generalisation.following(
+            int(demonstrations.state[k]), int(demonstrations.action[k]), names
+        )
+        parts.append(
+            Demonstrations(
+                trajectory=np.full(state.size, demonstrations.trajectory[k]),
+                step=np.full(state.size, demonstrations.step[k]),
+                state=state,
+                action=action,
+                source=np.full(state.size, _GENERALISED, dtype=np.uint8),
+            )
+        )
+    return Demonstrations.concatenate(parts).resolved()

@@ -1,0 +1,261 @@
+"""Who answers the learner's questions: demonstrators label states, experts advise clusters.
+
+The oracles know a hidden reward and plan under it; the learner sees only their answers.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.planning import value_iteration
+
+
+@dataclass(frozen=True)
+class ClusterAdvice:
+    """Action preferences for a cluster of states; an action is in one set at most (3.8).
+
+    Attributes:
+        preferred: actions to benefit.
+        avoided: actions to exclude.
+    """
+
+    preferred: frozenset[int] = frozenset()
+    avoided: frozenset[int] = frozenset()
+
+    def __post_init__(self) -> None:
+        """Check (3.8).
+
+        Raises:
+            InputError: if an action is both preferred and avoided.
+        """
+        both = sorted(self.preferred & self.avoided)
+        if both:
+            raise InputError(f"advice: actions {both} are both preferred and avoided; choose one")
+
+
+class Demonstrator(Protocol):
+    """Knows what to do in a state."""
+
+    def label(self, state: int, rng: np.random.Generator) -> int:
+        """The action to take in ``state``."""
+        ...
+
+    def trajectory(
+        self, state: int, rng: np.random.Generator, max_steps: int = 50
+    ) -> list[tuple[int, int]]:
+        """(state, action) pairs from ``state`` until the run ends; empty if it ends there."""
+        ...
+
+
+class Expert(Protocol):
+    """Knows what to do, or not to do, throughout a cluster."""
+
+    def advise(self, cluster: str, states: np.ndarray) -> ClusterAdvice:
+        """Advice for the cluster of that name, holding the states of those indices."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class OracleDemonstrator:
+    """Plans on the transition model under a hidden reward, and shows what it would do.
+
+    R(s') is earned on entering s': ``goal_reward`` at a goal, −``discomfort`` at an
+    uncomfortable state, −``loss`` at a lost one; every action costs ``action_cost``. A run ends
+    at a goal, at a lost state, and where nothing is feasible.
+
+    Attributes:
+        model: the transition model.
+        goal_states: indices.
+        gamma: discount factor in [0, 1).
+        uncomfortable: indices of states to keep out of, if it costs little.
+        lost_states: indices of states that end a run for the worse.
+        goal_reward: at least 0, like the next three.
+        action_cost: cost of an action.
+        discomfort: penalty of an uncomfortable state.
+        loss: penalty of a lost state.
+        tolerance: actions whose Q is within this of the best are co-optimal.
+        label_noise: probability that a label is a random feasible action that is not
+            co-optimal.
+    """
+
+    model: TransitionModel
+    goal_states: np.ndarray
+    gamma: float = 0.95
+    uncomfortable: np.ndarray | None = None
+    lost_states: np.ndarray | None = None
+    goal_reward: float = 1.0
+    action_cost: float = 0.01
+    discomfort: float = 0.05
+    loss: float = 1.0
+    tolerance: float = 1e-6
+    label_noise: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            InputError: if ``label_noise`` is outside [0, 1] or ``tolerance`` is not above 0.
+        """
+        if not 0 <= self.label_noise <= 1:
+            raise InputError(f"demonstrator: label_noise must lie in [0, 1], is {self.label_noise}")
+        if not self.tolerance > 0:
+            raise InputError(f"demonstrator: tolerance must be above 0, is {self.tolerance}")
+
+    @cached_property
+    def terminal(self) -> np.ndarray:
+        """Where a run ends; bool ``[n_states]``."""
+        ended = np.diff(self.model.first_pair) == 0
+        ended[self.goal_states] = True
+        if self.lost_states is not None:
+            ended[self.lost_states] = True
+        return ended
+
+    @cached_property
+    def state_reward(self) -> np.ndarray:
+        """The hidden R, ``[n_states]``."""
+        R = np.zeros(self.model.n_states)
+        if self.uncomfortable is not None:
+            R[self.uncomfortable] -= self.discomfort
+        if self.lost_states is not None:
+            R[self.lost_states] -= self.loss
+        R[self.goal_states] += self.goal_reward
+        return R
+
+    @cached_property
+    def optimal_actions(self) -> np.ndarray:
+        """The co-optimal actions, none where a run ends; bool ``[n_states, n_actions]``."""
+        _, Q = value_iteration(
+            self.model,
+            self.state_reward,
+            self.gamma,
+            pair_reward=-self.action_cost,
+            terminal=np.flatnonzero(self.terminal),
+            # Two errors meet in a comparison; a tenth leaves the tolerance its meaning.
+            tolerance=self.tolerance / 10,
+        )
+        good_enough = Q.max(axis=1, keepdims=True) - self.tolerance
+        return np.isfinite(Q) & (good_enough <= Q)
+
+    def label(self, state: int, rng: np.random.Generator) -> int:
+        """A co-optimal action, drawn evenly; with probability ``label_noise`` another.
+
+        Raises:
+            InputError: if a run ends in ``state``.
+        """
+        optimal = np.flatnonzero(self.optimal_actions[state])
+        if not optimal.size:
+            raise InputError(f"demonstrator: nothing to demonstrate in state {state}, a run's end")
+        if self.label_noise and rng.random() < self.label_noise:
+            wrong = np.setdiff1d(self.model.actions_of(state), optimal)
+            if wrong.size:
+                return int(rng.choice(wrong))
+        return int(rng.choice(optimal))
+
+    def trajectory(
+        self, state: int, rng: np.random.Generator, max_steps: int = 50
+    ) -> list[tuple[int, int]]:
+        """Act by ``label`` on the transition model until the run ends or ``max_steps``."""
+        pairs: list[tuple[int, int]] = []
+        while not self.terminal[state] and len(pairs) < max_steps:
+            action = self.label(state, rng)
+            pairs.append((state, action))
+            state = self.model.sample(state, action, rng)
+        return pairs
+
+
+class RecordedDemonstrator:
+    """Repeats what was recorded, and knows nothing else."""
+
+    def __init__(self, recording: Demonstrations) -> None:
+        """Answer from ``recording``; among several labels of a state see ``resolved``."""
+        self._recording = recording
+        resolved = recording.resolved()
+        self._action = dict(resolved.pairs)
+
+    @property
+    def states(self) -> np.ndarray:
+        """Indices of the states it can answer for, ascending: restrict queries to them."""
+        return np.array(sorted(self._action), dtype=np.int64)
+
+    def label(self, state: int, rng: np.random.Generator) -> int:
+        """The recorded action; ``rng`` is not drawn from.
+
+        Raises:
+            InputError: if ``state`` was not recorded.
+        """
+        if state not in self._action:
+            raise InputError(
+                f"recorded demonstrations: no label for state {state}; "
+                f"{len(self._action)} states are recorded"
+            )
+        return self._action[state]
+
+    def trajectory(
+        self, state: int, rng: np.random.Generator, max_steps: int = 50
+    ) -> list[tuple[int, int]]:
+        """The rest of the first recorded trajectory through ``state``; empty if there is none."""
+        record = self._recording
+        shown = np.flatnonzero((record.state == state) & ~record.generalised)
+        if not shown.size:
+            return []
+        rest = np.flatnonzero(
+            (record.trajectory == record.trajectory[shown[0]])
+            & (record.step >= record.step[shown[0]])
+            & ~record.generalised
+        )
+        rest = rest[np.argsort(record.step[rest], kind="stable")][:max_steps]
+        return record.select(rest).pairs
+
+
+@dataclass(frozen=True, eq=False)
+class OracleExpert:
+    """Advises what an oracle's plan bears out over a cluster.
+
+    Every state counts alike, of those that can be reached and where a run goes on. An action is
+    judged on the states where it is feasible.
+
+    Attributes:
+        demonstrator: whose co-optimal actions are the measure.
+        starts: indices of the states runs start in.
+        prefer_share: an action co-optimal in at least this share of its states is preferred.
+        avoid_share: an action co-optimal in at most this share of its states is avoided. Since
+            avoiding excludes, anything above 0 may exclude a state's only good action.
+    """
+
+    demonstrator: OracleDemonstrator
+    starts: np.ndarray
+    prefer_share: float = 0.8
+    avoid_share: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the shares.
+
+        Raises:
+            InputError: unless 0 ≤ ``avoid_share`` < ``prefer_share`` ≤ 1.
+        """
+        if not 0 <= self.avoid_share < self.prefer_share <= 1:
+            raise InputError(
+                "expert: 0 ≤ avoid_share < prefer_share ≤ 1 wanted, got "
+                f"{self.avoid_share} and {self.prefer_share}"
+            )
+
+    @cached_property
+    def _eligible(self) -> np.ndarray:
+        return self.demonstrator.model.reachable(self.starts) & ~self.demonstrator.terminal
+
+    def advise(self, cluster: str, states: np.ndarray) -> ClusterAdvice:
+        """Preferred and avoided actions for a cluster; none of either if no state counts."""
+        counted = np.asarray(states)[self._eligible[states]]
+        feasible = self.demonstrator.model.mask[counted].sum(axis=0)
+        optimal = self.demonstrator.optimal_actions[counted].sum(axis=0)
+        used = feasible > 0
+        share = optimal / np.maximum(feasible, 1)
+        return ClusterAdvice(
+            preferred=frozenset(np.flatnonzero(used & (share >= self.prefer_share)).tolist()),
+            avoided=frozenset(np.flatnonzero(used & (share <= self.avoid_share)).tolist()),
+        )

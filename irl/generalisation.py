@@ -1,0 +1,184 @@
+"""Which demonstrated pairs speak for which others, and how often that is right (§5.10.1)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from irl.errors import InputError
+
+FILE = "generalisation.npz"
+
+
+def _keys(state: np.ndarray, action: np.ndarray) -> np.ndarray:
+    return np.asarray(state, dtype=np.int64) << 32 | np.asarray(action, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class RulePurity:
+    """How far a rule can be trusted.
+
+    Attributes:
+        share: share of the derivations that are right; ``None`` when there are none.
+        derivations: number of derivations counted.
+    """
+
+    share: float | None
+    derivations: int
+
+
+@dataclass(frozen=True, eq=False)
+class Generalisation:
+    """Groups of pairs: by a group's rule, each of its pairs follows from every other.
+
+    A pair may be in several groups, one for every rule that covers it.
+
+    Attributes:
+        state: int32 ``[n]``.
+        action: int32 ``[n]``.
+        group: int32 ``[n]``, at least 0.
+        rule: uint8 ``[n]``, an index into ``rule_names``; one rule to a group.
+        rule_names: what the rules are called.
+    """
+
+    state: np.ndarray
+    action: np.ndarray
+    group: np.ndarray
+    rule: np.ndarray
+    rule_names: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without the transition model.
+
+        Raises:
+            InputError: if a column has the wrong type or length, a group has two rules or
+                holds a pair twice, or a rule has no name.
+        """
+        types = {"state": np.int32, "action": np.int32, "group": np.int32, "rule": np.uint8}
+        for name, dtype in types.items():
+            column = getattr(self, name)
+            if (
+                not isinstance(column, np.ndarray)
+                or column.dtype != dtype
+                or column.shape != (self.state.size,)
+            ):
+                raise InputError(
+                    f"{FILE}: field '{name}' must be {np.dtype(dtype)} [{self.state.size}], "
+                    f"is {getattr(column, 'dtype', type(column).__name__)} {np.shape(column)}"
+                )
+        if len(set(self.rule_names)) != len(self.rule_names):
+            raise InputError("task.json: field 'generalisation_rules' names a rule twice")
+        if not self.state.size:
+            return
+        if self.rule.max() >= len(self.rule_names):
+            raise InputError(
+                f"{FILE}: field 'rule' holds {self.rule.max()}, but task.json, field "
+                f"'generalisation_rules', names {len(self.rule_names)} rules"
+            )
+        if min(self.state.min(), self.action.min(), self.group.min()) < 0:
+            raise InputError(f"{FILE}: fields 'state', 'action', 'group' must be at least 0")
+        order = np.lexsort((self.action, self.state, self.group))
+        same_group = self.group[order][1:] == self.group[order][:-1]
+        if (same_group & (self.rule[order][1:] != self.rule[order][:-1])).any():
+            raise InputError(f"{FILE}: field 'rule' differs within a group")
+        key = _keys(self.state, self.action)[order]
+        if (same_group & (key[1:] == key[:-1])).any():
+            raise InputError(f"{FILE}: a group holds a pair (state, action) twice")
+
+    @classmethod
+    def none(cls) -> "Generalisation":
+        """No rules: every pair speaks for itself alone."""
+        column = np.zeros(0, dtype=np.int32)
+        return cls(column, column, column, np.zeros(0, dtype=np.uint8), [])
+
+    @cached_property
+    def _by_pair(self) -> tuple[np.ndarray, np.ndarray]:
+        keys = _keys(self.state, self.action)
+        order = np.argsort(keys, kind="stable")
+        return keys[order], order
+
+    @cached_property
+    def _by_group(self) -> tuple[np.ndarray, np.ndarray]:
+        order = np.lexsort((self.action, self.state, self.group))
+        return self.group[order], order
+
+    def rule_indices(self, rules: Iterable[str] | None) -> list[int]:
+        """Indices of the named rules; of all when ``rules`` is ``None``.
+
+        Raises:
+            InputError: if a name is unknown.
+        """
+        if rules is None:
+            return list(range(len(self.rule_names)))
+        wanted = list(rules)
+        for name in wanted:
+            if name not in self.rule_names:
+                raise InputError(
+                    f"generalisation: no rule {name!r}; valid: {', '.join(self.rule_names)}"
+                )
+        return [self.rule_names.index(name) for name in wanted]
+
+    def following(
+        self, state: int, action: int, rules: Iterable[str] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The pairs that follow from one, itself excluded.
+
+        Args:
+            state: the demonstrated state.
+            action: the action demonstrated there.
+            rules: names of the rules to apply, in this order; all by default.
+
+        Returns:
+            States and actions, int64 ``[n]`` each, by rule, then state; a pair that follows by
+            two rules comes twice.
+
+        Raises:
+            InputError: if a rule is unknown.
+        """
+        keys, by_pair = self._by_pair
+        groups, by_group = self._by_group
+        key = _keys(np.array(state), np.array(action))
+        own = by_pair[np.searchsorted(keys, key) : np.searchsorted(keys, key, side="right")]
+        found = [np.zeros(0, dtype=np.int64)]
+        for rule in self.rule_indices(rules):
+            for group in np.sort(self.group[own[self.rule[own] == rule]]):
+                first = np.searchsorted(groups, group)
+                members = by_group[first : np.searchsorted(groups, group, side="right")]
+                found.append(members[~np.isin(members, own)])
+        rows = np.concatenate(found)
+        return self.state[rows].astype(np.int64), self.action[rows].astype(np.int64)
+
+
+def rule_purity(
+    generalisation: Generalisation, optimal_actions: np.ndarray
+) -> dict[str, RulePurity]:
+    """Share of each rule's derivations that a demonstrator would confirm.
+
+    A derivation is an ordered pair (source ≠ target) within a group whose source is co-optimal,
+    hence may be demonstrated; it is right if its target is co-optimal too. All are counted, none
+    sampled. Targets in states where no action is co-optimal (the run has ended) don't count.
+
+    Args:
+        generalisation: the rules.
+        optimal_actions: bool ``[n_states, n_actions]``, the demonstrator's co-optimal pairs.
+    """
+    g = generalisation
+    optimal = optimal_actions[g.state, g.action]
+    graded = np.asarray(optimal_actions.any(axis=1))[g.state]
+    size = int(g.group.max(initial=-1)) + 1
+    n_graded = np.bincount(g.group, weights=graded, minlength=size)
+    n_optimal = np.bincount(g.group, weights=optimal, minlength=size)
+    rule = np.zeros(size, dtype=np.int64)
+    rule[g.group] = g.rule
+    n_rules = len(g.rule_names)
+    # A co-optimal source is graded itself and doesn't derive itself: hence the −1.
+    total = np.bincount(rule, weights=n_optimal * (n_graded - 1), minlength=n_rules)
+    right = np.bincount(rule, weights=n_optimal * (n_optimal - 1), minlength=n_rules)
+    return {
+        name: RulePurity(
+            share=float(right[k] / total[k]) if total[k] > 0 else None,
+            derivations=int(total[k]),
+        )
+        for k, name in enumerate(g.rule_names)
+    }

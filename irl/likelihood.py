@@ -1,0 +1,113 @@
+"""How likely the demonstrations are under a VR function: thesis (3.19), as a mean.
+
+The demonstrator is taken to choose action a in state s with probability proportional to
+exp(β Q(s, a)), Q from (3.17), among the *feasible* actions. Only the successors of
+demonstrated states enter, so f is asked for nowhere else.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.neighbourhood import Neighbourhood
+
+
+@dataclass(frozen=True)
+class LikelihoodProblem:
+    """A set of demonstrations, prepared for many evaluations.
+
+    Attributes:
+        seen: the feasible pairs and successors of the demonstrated states.
+        label_share: float64 ``[n_pairs]``: share of the demonstrations' weight on each pair.
+        state_share: float64 ``[m]``: the same per demonstrated state; both sum to 1.
+    """
+
+    seen: Neighbourhood
+    label_share: np.ndarray
+    state_share: np.ndarray
+
+    @classmethod
+    def build(
+        cls,
+        model: TransitionModel,
+        state: np.ndarray,
+        action: np.ndarray,
+        weight: np.ndarray | None = None,
+        fixed_vr: Mapping[int, float] | None = None,
+    ) -> "LikelihoodProblem":
+        """Prepare demonstrations (``state[i]``, ``action[i]``), each ``[n]``, repeats allowed.
+
+        Args:
+            model: the transition model.
+            state: demonstrated states.
+            action: what was done there.
+            weight: how much each counts, positive; all equal if absent.
+            fixed_vr: state → VR value, for states where f is known and not to be learnt.
+
+        Raises:
+            InputError: if there is no demonstration, lengths differ, an index is out of
+                range, a weight is not positive, or a pair is infeasible in ``model``.
+        """
+        state = np.asarray(state, dtype=np.int64)
+        action = np.asarray(action, dtype=np.int64)
+        weight = np.ones(state.size) if weight is None else np.asarray(weight, dtype=np.float64)
+        if not (state.ndim == 1 and state.shape == action.shape == weight.shape):
+            raise InputError(
+                "demonstrations: state, action and weight must be of one length, "
+                f"got shapes {state.shape}, {action.shape}, {weight.shape}"
+            )
+        if state.size == 0:
+            raise InputError("demonstrations: at least one (state, action) pair is needed")
+        for name, index, limit in (
+            ("state", state, model.n_states),
+            ("action", action, model.n_actions),
+        ):
+            if index.min() < 0 or index.max() >= limit:
+                raise InputError(f"demonstrations: field '{name}' must lie in 0…{limit - 1}")
+        if not (np.isfinite(weight).all() and (weight > 0).all()):
+            raise InputError("demonstrations: field 'weight' must be finite and above 0")
+        row = model.pair_index(state, action)
+        if (row < 0).any():
+            s, a = state[row < 0][0], action[row < 0][0]
+            begin, end = model.first_pair[[s, s + 1]]
+            feasible = ", ".join(map(str, model.pair_action[begin:end])) or "none"
+            raise InputError(
+                f"demonstrations: state {s}, action {a} is infeasible; feasible there: {feasible}"
+            )
+        seen = Neighbourhood.of(model, np.unique(state), fixed_vr or {})
+        label = np.bincount(np.searchsorted(seen.rows, row), weight, minlength=seen.rows.size)
+        share = label / weight.sum()
+        return cls(seen, share, np.add.reduceat(share, seen.first))
+
+    @property
+    def states(self) -> np.ndarray:
+        """int64 ``[u]``: the states whose f is needed, in the order it is wanted."""
+        return self.seen.visible
+
+    def value_and_gradient(
+        self, f: np.ndarray, beta: float | np.ndarray
+    ) -> tuple[float, np.ndarray, float]:
+        """Mean log-likelihood (3.19), its gradient in f and its derivative in β.
+
+        Args:
+            f: VR values of ``states``, ``[u]``; pinned entries are ignored.
+            beta: inverse temperature, above 0.
+
+        Returns:
+            The mean (≤ 0), float64 ``[u]`` (0 at pinned entries), and the derivative in β.
+        """
+        seen = self.seen
+        q = seen.P @ seen.pin(f)
+        z = beta * q
+        peak = np.maximum.reduceat(z, seen.first)
+        e = np.exp(z - peak[seen.segment])
+        total = np.add.reduceat(e, seen.first)
+        value = self.label_share @ z - self.state_share @ (np.log(total) + peak)
+        e *= (self.state_share / total)[seen.segment]
+        surplus = self.label_share - e  # what was demonstrated, less what the model expects
+        df = seen.P_transposed @ (beta * surplus)
+        df[seen.pinned] = 0.0
+        return float(value), df, float(surplus @ q)

@@ -1,0 +1,96 @@
+"""What a few states can see of a transition model: their pairs and successors, compacted.
+
+Likelihood and Bellman terms touch only a small part of the state space. Cutting that part
+out once makes an iteration cost as much as the demonstrations, however many states there are.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from irl.mdp import TransitionModel
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """The feasible pairs of ``states``, grouped by state, and the states they may lead to.
+
+    Attributes:
+        states: int64 ``[m]``, each with at least one feasible pair.
+        rows: int64 ``[n_pairs]``: the pairs' rows in the transition model.
+        first: int64 ``[m]``: where each state's pairs begin, as ``numpy.ufunc.reduceat`` wants.
+        segment: int64 ``[n_pairs]``: the position in ``states`` that each pair belongs to.
+        visible: int64 ``[u]``, ascending: every successor (and every state asked for besides).
+        P: CSR ``[n_pairs, u]``: the transition probabilities, columns as in ``visible``.
+        pinned: int64 ``[k]``: positions in ``visible`` whose VR value is known beforehand.
+        pinned_value: float64 ``[k]``: those values.
+    """
+
+    states: np.ndarray
+    rows: np.ndarray
+    first: np.ndarray
+    segment: np.ndarray
+    visible: np.ndarray
+    P: sparse.csr_matrix
+    pinned: np.ndarray
+    pinned_value: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        model: TransitionModel,
+        states: np.ndarray,
+        fixed_vr: Mapping[int, float],
+        *,
+        include_states: bool = False,
+    ) -> "Neighbourhood":
+        """Cut out the neighbourhood of ``states`` (distinct, none without a feasible pair).
+
+        With ``include_states`` the states themselves are visible too, successors or not.
+        """
+        states = np.asarray(states, dtype=np.int64)
+        begin = model.first_pair[states]
+        width = model.first_pair[states + 1] - begin
+        first = np.concatenate(([0], np.cumsum(width[:-1]))).astype(np.int64)
+        segment = np.repeat(np.arange(states.size), width)
+        rows = np.arange(segment.size) + (begin - first)[segment]
+        P = model.P[rows]
+        seen = np.zeros(model.n_states, dtype=bool)
+        seen[P.indices] = True
+        if include_states:
+            seen[states] = True
+        visible = np.flatnonzero(seen)
+        column = np.cumsum(seen, dtype=P.indices.dtype) - 1
+        compact = sparse.csr_matrix(
+            (P.data, column[P.indices].astype(P.indices.dtype), P.indptr),
+            shape=(rows.size, visible.size),
+        )
+        known = {s: v for s, v in fixed_vr.items() if seen[s]}
+        return cls(
+            states=states,
+            rows=rows,
+            first=first,
+            segment=segment,
+            visible=visible,
+            P=compact,
+            pinned=column[list(known)].astype(np.int64),
+            pinned_value=np.array(list(known.values()), dtype=np.float64),
+        )
+
+    @cached_property
+    def P_transposed(self) -> sparse.csr_matrix:
+        """CSR ``[u, n_pairs]``: carries gradients from pairs back to states."""
+        return self.P.T.tocsr()
+
+    def pin(self, f: np.ndarray) -> np.ndarray:
+        """Copy f ``[u]`` as float64, pinned states at their known values."""
+        f = np.array(f, dtype=np.float64)
+        f[self.pinned] = self.pinned_value
+        return f
+
+    def position(self, states: np.ndarray) -> np.ndarray:
+        """Where each of the given states, all visible, stands in ``visible``."""
+        return np.searchsorted(self.visible, states)

@@ -1,0 +1,177 @@
+"""Planning on the sparse transition model: optimal values, and what a policy achieves."""
+
+import numpy as np
+from scipy import sparse
+
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+
+
+def backup(
+    model: TransitionModel,
+    V: np.ndarray,
+    state_reward: np.ndarray,
+    gamma: float,
+    pair_reward: np.ndarray | float = 0.0,
+) -> np.ndarray:
+    """One application of (3.2): Q(s, a) = r(s, a) + Σ_s' P_sa(s') (R(s') + γ V(s')).
+
+    Args:
+        model: the transition model.
+        V: ``[n_states]``.
+        state_reward: R, ``[n_states]``, earned on entering a state.
+        gamma: discount factor.
+        pair_reward: r, ``[n_pairs]`` or one number, earned by acting (minus its cost).
+
+    Returns:
+        float64 ``[n_pairs]``.
+    """
+    return model.P @ (state_reward + gamma * V) + pair_reward
+
+
+def best(model: TransitionModel, per_pair: np.ndarray, fill: float) -> np.ndarray:
+    """Largest of each state's values ``[n_pairs]``; ``[n_states]``, ``fill`` without actions."""
+    result = np.full(model.n_states, fill, dtype=np.float64)
+    # reduceat cannot tell an empty segment, so only states that have pairs take part.
+    acting = np.flatnonzero(np.diff(model.first_pair))
+    if acting.size:
+        result[acting] = np.maximum.reduceat(per_pair, model.first_pair[acting])
+    return result
+
+
+def value_iteration(
+    model: TransitionModel,
+    state_reward: np.ndarray,
+    gamma: float,
+    pair_reward: np.ndarray | float = 0.0,
+    terminal: np.ndarray | None = None,
+    tolerance: float = 1e-9,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Optimal values under (3.1)–(3.3), the reward earned on entering a state.
+
+    Args:
+        model: the transition model.
+        state_reward: R, ``[n_states]``.
+        gamma: discount factor in [0, 1).
+        pair_reward: ``[n_pairs]`` or one number, earned by acting.
+        terminal: indices of states where a run ends; a state without actions ends it too.
+        tolerance: largest error of V and Q.
+
+    Returns:
+        V ``[n_states]``, 0 where a run ends, and Q ``[n_states, n_actions]``, −∞ for infeasible
+        pairs and in terminal states, where nothing is done.
+
+    Raises:
+        InputError: if gamma is outside [0, 1), or a reward is not finite or has a wrong shape.
+    """
+    state_reward = np.asarray(state_reward, dtype=np.float64)
+    pair_reward = _pair_rewards(model, pair_reward)
+    if not 0 <= gamma < 1:
+        raise InputError(f"value iteration: gamma must lie in [0, 1), is {gamma}")
+    if state_reward.shape != (model.n_states,) or not np.isfinite(state_reward).all():
+        raise InputError(
+            f"value iteration: state_reward must be finite and [{model.n_states}], "
+            f"is {list(state_reward.shape)}"
+        )
+    ended = np.zeros(model.n_states, dtype=bool)
+    if terminal is not None:
+        ended[terminal] = True
+    # Folded once, so that a sweep is one matrix product: r + P R.
+    reward = model.P @ state_reward + pair_reward
+    V = np.zeros(model.n_states)
+    while True:
+        q = reward + gamma * (model.P @ V)
+        V_next = np.where(ended, 0.0, best(model, q, fill=0.0))
+        change = np.abs(V_next - V).max(initial=0.0)
+        V = V_next
+        # The contraction bounds what is left: |V − V*| ≤ γ / (1 − γ) · last change. Below a few
+        # units in the last place V cannot settle further.
+        if gamma * change <= max(tolerance * (1 - gamma), 1e-15 * np.abs(V).max(initial=0.0)):
+            break
+    Q = model.table(backup(model, V, state_reward, gamma, pair_reward))
+    Q[ended] = -np.inf
+    return V, Q
+
+
+def _pair_rewards(model: TransitionModel, pair_reward: np.ndarray | float) -> np.ndarray:
+    rewards = np.asarray(pair_reward, dtype=np.float64)
+    if rewards.shape not in ((), (model.n_pairs,)) or not np.isfinite(rewards).all():
+        raise InputError(
+            f"value iteration: pair_reward must be finite, one number or [{model.n_pairs}], "
+            f"is {list(rewards.shape)}"
+        )
+    return rewards
+
+
+def uniform_policy(actions: np.ndarray) -> np.ndarray:
+    """Choose evenly among marked actions.
+
+    Args:
+        actions: bool ``[n_states, n_actions]``, such as the co-optimal pairs.
+
+    Returns:
+        Probabilities ``[n_states, n_actions]``; a row without marks is 0.
+    """
+    return actions / np.maximum(actions.sum(axis=1, keepdims=True), 1)
+
+
+def transition_matrix(model: TransitionModel, policy: np.ndarray) -> sparse.csr_matrix:
+    """P_π(s' | s) of a policy, ``[n_states, n_states]``.
+
+    Args:
+        model: the transition model.
+        policy: actions, integer ``[n_states]`` (−1: none), or probabilities, float
+            ``[n_states, n_actions]``.
+
+    Returns:
+        A matrix whose row s sums to the probability that the policy picks a feasible action in
+        s: an infeasible one leads nowhere.
+
+    Raises:
+        InputError: if ``policy`` has neither shape.
+    """
+    policy = np.asarray(policy)
+    if policy.shape == (model.n_states,) and np.issubdtype(policy.dtype, np.integer):
+        weight = (policy[model.pair_state] == model.pair_action).astype(np.float64)
+    elif policy.shape == (model.n_states, model.n_actions):
+        weight = policy[model.pair_state, model.pair_action].astype(np.float64)
+    else:
+        raise InputError(
+            f"policy: integer [{model.n_states}] or probabilities "
+            f"[{model.n_states}, {model.n_actions}] wanted, got {policy.dtype} "
+            f"{list(policy.shape)}"
+        )
+    used = np.flatnonzero(weight)
+    choice = sparse.csr_matrix(
+        (weight[used], (model.pair_state[used], used)), shape=(model.n_states, model.n_pairs)
+    )
+    return choice @ model.P
+
+
+def policy_success(
+    model: TransitionModel, policy: np.ndarray, goal_states: np.ndarray, horizon: int
+) -> np.ndarray:
+    """Probability of reaching the goal within ``horizon`` actions, from every state.
+
+    Exact, by backward recursion; a goal state counts as reached from the outset. A run that
+    meets −1 or an infeasible action ends there without success.
+
+    Args:
+        model: the transition model.
+        policy: as for ``transition_matrix``.
+        goal_states: indices.
+        horizon: largest number of actions.
+
+    Returns:
+        float64 ``[n_states]``.
+
+    Raises:
+        InputError: if ``policy`` has a wrong shape.
+    """
+    P = transition_matrix(model, policy)
+    success = np.zeros(model.n_states)
+    success[goal_states] = 1.0
+    for _ in range(horizon):
+        success = P @ success
+        success[goal_states] = 1.0
+    return success

@@ -1,0 +1,180 @@
+"""The learnt policy, and the file it travels in."""
+
+import json
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from irl.errors import InputError
+from irl.files import atomic_path
+
+SCHEMA_VERSION = 1
+_METADATA = ("algorithm", "schema_version", "seed", "task_hash")
+_WEIGHT = "weights."
+
+
+@dataclass(frozen=True, eq=False)
+class Policy:
+    """A deterministic policy and the action values it came from.
+
+    Attributes:
+        action: int64 ``[n_states]``, −1 where nothing is feasible.
+        q: float32 ``[n_states, n_actions]``, −∞ where infeasible.
+        weights: the learner's parameters by name; may be empty.
+        task_hash: hash of the task data it was learnt on; empty if on none.
+        algorithm: the method's key.
+        seed: the seed it was learnt with.
+    """
+
+    action: np.ndarray
+    q: np.ndarray
+    weights: dict[str, np.ndarray] = field(default_factory=dict)
+    task_hash: str = ""
+    algorithm: str = ""
+    seed: int = 0
+
+    @classmethod
+    def from_q(
+        cls,
+        q: np.ndarray,
+        mask: np.ndarray,
+        *,
+        weights: dict[str, np.ndarray] | None = None,
+        task_hash: str = "",
+        algorithm: str = "",
+        seed: int = 0,
+    ) -> "Policy":
+        """Act by (3.3), π(s) = argmax_a Q(s, a), over feasible actions; ties go to the lowest.
+
+        Args:
+            q: action values ``[n_states, n_actions]``; −∞ marks an avoided action, which is
+                taken only where every feasible action is avoided.
+            mask: bool ``[n_states, n_actions]``, the feasible pairs.
+            weights: the learner's parameters by name.
+            task_hash: hash of the task data.
+            algorithm: the method's key.
+            seed: the seed.
+
+        Raises:
+            InputError: if shapes differ or a feasible pair's value is NaN.
+        """
+        if np.shape(q) != np.shape(mask) or np.ndim(q) != 2:
+            raise InputError(f"policy: q {np.shape(q)} and mask {np.shape(mask)} must agree")
+        q = np.where(mask, q, -np.inf).astype(np.float32)
+        if np.isnan(q).any():
+            raise InputError("policy: field 'q' holds NaN for a feasible pair")
+        # Lifting −∞ to the lowest finite number keeps avoided actions above infeasible ones.
+        ranked = np.where(mask, np.maximum(q, np.finfo(np.float32).min), -np.inf)
+        action = np.where(mask.any(axis=1), ranked.argmax(axis=1), -1).astype(np.int64)
+        return cls(action, q, dict(weights or {}), task_hash, algorithm, seed)
+
+
+def _canonical(data: bytes) -> bytes:
+    """Sort the header of a safetensors file: the library writes metadata in random order."""
+    (size,) = struct.unpack("<Q", data[:8])
+    header = json.dumps(json.loads(data[8 : 8 + size]), sort_keys=True, separators=(",", ":"))
+    padded = header.encode() + b" " * (-len(header.encode()) % 8)
+    return struct.pack("<Q", len(padded)) + padded + data[8 + size :]
+
+
+def save_policy(policy: Policy, path: Path) -> None:
+    """Write ``policy`` as safetensors, whole or not at all; equal policies give equal bytes.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    from safetensors.numpy import save  # noqa: PLC0415  (only policy files need it)
+
+    tensors = {"action": policy.action, "q": policy.q}
+    tensors |= {f"{_WEIGHT}{name}": array for name, array in policy.weights.items()}
+    metadata = {
+        "algorithm": policy.algorithm,
+        "schema_version": str(SCHEMA_VERSION),
+        "seed": str(policy.seed),
+        "task_hash": policy.task_hash,
+    }
+    contiguous = {name: np.asarray(array, order="C") for name, array in tensors.items()}
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(_canonical(save(contiguous, metadata)))
+
+
+def load_policy(path: Path, task_hash: str | None = None) -> Policy:
+    """Read a policy.
+
+    Args:
+        path: the safetensors file.
+        task_hash: hash of the task data it must have been learnt on; any if ``None``.
+
+    Raises:
+        InputError: if the file is missing, damaged, of another schema or for another task, or
+            a field is missing, or has a wrong type, shape or value.
+    """
+    from safetensors import SafetensorError, safe_open  # noqa: PLC0415
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such policy file")
+    try:
+        with safe_open(path, framework="numpy") as file:
+            metadata = file.metadata() or {}
+            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    except (SafetensorError, OSError, ValueError, TypeError, KeyError) as error:
+        detail = (str(error).splitlines() or [""])[0]
+        raise InputError(f"{path}: not a readable policy file ({detail})") from error
+    version = metadata.get("schema_version")
+    if version != str(SCHEMA_VERSION):
+        raise InputError(
+            f"{path}: field 'schema_version' is {version!r}; supported: '{SCHEMA_VERSION}'"
+        )
+    for name in _METADATA:
+        if name not in metadata:
+            raise InputError(f"{path}: metadata field '{name}' is missing")
+    if task_hash is not None and metadata["task_hash"] != task_hash:
+        raise InputError(
+            f"{path}: field 'task_hash' is {metadata['task_hash'][:12]!r}…, learnt on another "
+            f"task than {task_hash[:12]!r}…; give a policy learnt on this task"
+        )
+    try:
+        seed = int(metadata["seed"])
+    except ValueError:
+        raise InputError(
+            f"{path}: field 'seed' must be an integer, is {metadata['seed']!r}"
+        ) from None
+    _check(path, tensors)
+    weights = {
+        name.removeprefix(_WEIGHT): array
+        for name, array in tensors.items()
+        if name.startswith(_WEIGHT)
+    }
+    return Policy(
+        tensors["action"],
+        tensors["q"],
+        weights,
+        metadata["task_hash"],
+        metadata["algorithm"],
+        seed,
+    )
+
+
+def _check(path: Path, tensors: dict[str, np.ndarray]) -> None:
+    for name, dtype, dimensions in (("action", np.int64, 1), ("q", np.float32, 2)):
+        if name not in tensors:
+            raise InputError(f"{path}: field '{name}' is missing")
+        array = tensors[name]
+        if array.dtype != dtype or array.ndim != dimensions:
+            raise InputError(
+                f"{path}: field '{name}' must be {np.dtype(dtype)} with {dimensions} dimensions, "
+                f"is {array.dtype} with {array.ndim}"
+            )
+    action, q = tensors["action"], tensors["q"]
+    if action.shape[0] != q.shape[0]:
+        raise InputError(
+            f"{path}: fields 'action' [{action.shape[0]}] and 'q' [{q.shape[0]}] "
+            "must have one row per state"
+        )
+    if np.isnan(q).any():
+        raise InputError(f"{path}: field 'q' holds NaN")
+    if action.size and (action.min() < -1 or action.max() >= q.shape[1]):
+        raise InputError(f"{path}: field 'action' must lie in −1…{q.shape[1] - 1}")

@@ -1,0 +1,165 @@
+"""Which pairs are one physical experiment: symmetry classes of grasps and drops.
+
+The outcome of closing or opening a floating gripper on the cube does not change if
+
+* the whole scene turns about the vertical, by any angle, or moves over the table;
+* the cube is replaced by itself turned onto its faces (the 24 rotations C: its faces differ
+  for the task, not for physics);
+* the gripper turns half a turn Z = Rz(180°) about its approach axis (its camera aside);
+* the whole scene is mirrored in the plane y = 0, by M = diag(1, −1, 1).
+
+A pair is a cube orientation o and a gripper orientation g; a drop has a layer besides, in which
+classes are separate. A pair (o', g') is like (o, g) if there is a *scene map*: a rotation S about
+the vertical with, for some k in {0, 1} and some C,
+
+    R_WG' = S·R_WG·Zᵏ  and  R_WO' = S·R_WO·C,
+
+or, mirrored, the same with M·R_WG·M and M·R_WO·M. Scene maps can be undone and joined, so
+likeness is an equivalence. `transport` carries an outcome along such a map. Where there are
+several to one pair, every one is as true: a pair that is its own mirror image has outcomes that
+mirror each other, equally likely, so one trial tells of both.
+
+`thesis_kernel` gives the looser likeness of 5.9.1, by which trials of whole pairs count together.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from models.rotations import rotation_z
+from models.task.spaces import (
+    N_ACTIONS,
+    N_GRIPPERS,
+    N_ORIENTATIONS,
+    R_WG,
+    R_WO,
+    Array,
+    Indices,
+    Kind,
+    decode_actions,
+    decode_states,
+)
+
+SAME = 1e-9
+"""Largest difference of matrix entries of equal rotations. Table 4.2's rounded yaws do not
+matter: the two orientations concerned are exact mirror images and like no other."""
+MIRROR = np.diag([1.0, -1.0, 1.0])
+HALF_TURN = rotation_z(np.pi)
+
+
+@dataclass(frozen=True, eq=False)
+class SymmetryClasses:
+    """Classes of (orientation, gripper) pairs, and the scene maps from their representatives.
+
+    A grasp's class is ``pair_class[orientation, gripper]``; a drop's is that and the layer.
+
+    Attributes:
+        pair_class: class of each pair, int ``[48, 18]``, numbered by representative.
+        representative: first pair (orientation, gripper) of each class, int ``[n_classes, 2]``.
+        S: rotation about the vertical of each scene map from the representative of the pair's
+            class to the pair ``[48, 18, n_maps, 3, 3]``.
+        valid: which of these maps there are, at least one, bool ``[48, 18, n_maps]``; map 0 of
+            a representative is the identity.
+        mirrored: whether a map mirrors the scene before it turns it, bool ``[n_maps]``.
+    """
+
+    pair_class: Indices
+    representative: Indices
+    S: Array
+    valid: NDArray[np.bool_]
+    mirrored: NDArray[np.bool_]
+
+    @property
+    def n_classes(self) -> int:
+        """Number of classes: of grasps, and of drops from one layer."""
+        return len(self.representative)
+
+    @property
+    def n_members(self) -> Indices:
+        """Number of (orientation, gripper) pairs in each class ``[n_classes]``."""
+        return np.bincount(self.pair_class.ravel(), minlength=self.n_classes)
+
+
+def symmetry_classes(*, mirror: bool = True) -> SymmetryClasses:
+    """Classes of the 48 × 18 pairs.
+
+    Args:
+        mirror: whether mirror images count as one experiment.
+    """
+    kinds = [(mirrored, half) for mirrored in (False, True)[: 1 + mirror] for half in (False, True)]
+    pair_class = np.full((N_ORIENTATIONS, N_GRIPPERS), -1)
+    valid = np.zeros((*pair_class.shape, len(kinds)), dtype=bool)
+    S = np.zeros((*valid.shape, 3, 3))
+    representatives: list[tuple[int, ...]] = []
+    for pair in np.ndindex(pair_class.shape):
+        if pair_class[pair] >= 0:
+            continue
+        for number, (mirrored, half_turn) in enumerate(kinds):
+            turn, related = _scene_maps(pair, mirrored, half_turn)
+            S[:, :, number] = np.where(related[..., None, None], turn, S[:, :, number])
+            valid[:, :, number] |= related
+            pair_class[related] = len(representatives)
+        representatives.append(pair)
+    mirrors = np.array([mirrored for mirrored, _ in kinds])
+    return SymmetryClasses(pair_class, np.array(representatives), S, valid, mirrors)
+
+
+def transport(
+    delta_R: ArrayLike, S: ArrayLike, mirrored: ArrayLike, p: ArrayLike = (0.0, 0.0, 0.0)
+) -> tuple[Array, Array]:
+    """Carry the outcome of a representative's trial over to a member of its class.
+
+    Args:
+        delta_R: turn of the cube in the world, R_WO_after·R_WO_beforeᵀ, ``[..., 3, 3]``.
+        S: rotation of the member's scene map ``[..., 3, 3]``.
+        mirrored: whether that map mirrors ``[...]``.
+        p: displacement of the cube in the world, or its place from the tool centre point,
+            ``[..., 3]`` in metres.
+
+    Returns:
+        The member's turn, with R_WO'_after = turn·R_WO'_before, and its displacement.
+    """
+    mirrored = np.asarray(mirrored, dtype=bool)
+    S = np.asarray(S, dtype=np.float64)
+    scene = S @ np.where(mirrored[..., None, None], MIRROR, np.eye(3))
+    turn = scene @ np.asarray(delta_R, dtype=np.float64) @ np.swapaxes(scene, -1, -2)
+    return turn, np.einsum("...ij,...j->...i", scene, np.asarray(p, dtype=np.float64))
+
+
+def thesis_kernel(state: ArrayLike, action: ArrayLike) -> Indices:
+    """Class number of pairs that 5.9.1 counts together; shapes broadcast.
+
+    Columns do not matter, nor do quarter turns of the cube, so that of 48 orientations two are
+    left (yaw a multiple of 90°, or 45° more); nor, in a translation to the upper layer, does the
+    gripper. A translation keeps its target. Numbers are stable but not consecutive. Compare
+    pairs that are feasible; *lost* has no class.
+
+    Raises:
+        ModelError: if an index is out of range.
+    """
+    position, orientation, gripper = decode_states(state)
+    kind, target = decode_actions(action)
+    raised = (kind == Kind.TRANSLATE) & (target % 2 == 1)
+    hand = np.where(raised, -1, gripper) + 1
+    key = ((orientation % 2) * 2 + position % 2) * (N_GRIPPERS + 1) + hand
+    return key * N_ACTIONS + np.asarray(action, dtype=np.int64)
+
+
+def _scene_maps(
+    pair: tuple[int, ...], mirrored: bool, half_turn: bool
+) -> tuple[Array, NDArray[np.bool_]]:
+    """The one S that takes the pair's gripper to each other, and the pairs it then is like.
+
+    Returns:
+        S ``[18, 3, 3]`` by gripper, meaningful where bool ``[48, 18]`` is true.
+    """
+    orientation, gripper = pair
+    flip = MIRROR if mirrored else np.eye(3)
+    turn = HALF_TURN if half_turn else np.eye(3)
+    S = R_WG @ (flip @ R_WG[gripper] @ flip @ turn).T
+    vertical = (np.abs(S[:, :, 2] - [0.0, 0.0, 1.0]) < SAME).all(axis=-1)
+    # C = (S·R_WO)ᵀ·R_WO' turns the cube onto its faces if its entries are 0 and ±1.
+    C = np.swapaxes(S @ flip @ R_WO[orientation] @ flip, -1, -2) @ R_WO[:, None]
+    onto_faces = (np.abs(C - np.rint(C)) < SAME).all(axis=(-2, -1))
+    return S, vertical & onto_faces

@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+
+from irl.collection import held_out, initial_demonstrations
+from irl.demonstrations import Demonstrations
+from irl.demonstrators import OracleDemonstrator
+from irl.errors import InputError
+from irl.generalisation import Generalisation
+
+
+@pytest.fixture
+def oracle(random_model):
+    model = random_model(np.random.default_rng(2), n_states=200, n_actions=4)
+    return OracleDemonstrator(model, np.array([0]))
+
+
+@pytest.fixture
+def neighbours(oracle):
+    """Pairs with the same action in five successive states follow from each other."""
+    model = oracle.model
+    return Generalisation(
+        model.pair_state,
+        model.pair_action,
+        (model.pair_state // 5 * 4 + model.pair_action).astype(np.int32),
+        np.zeros(model.n_pairs, dtype=np.uint8),
+        ["neighbours"],
+    )
+
+
+@pytest.mark.parametrize("count", [1, 60, 61, 62, 63, 100])
+def test_exactly_the_number_wanted_is_demonstrated(oracle, neighbours, count):
+    rng = np.random.default_rng(count)
+    starts = np.arange(200)
+    shown = initial_demonstrations(oracle, starts, count, neighbours, None, rng)
+    assert len(shown) == shown.n_states_demonstrated == count
+    shown.check(oracle.model)
+    direct = shown.select(~shown.generalised)
+    assert oracle.optimal_actions[direct.state, direct.action].all()
+
+
+def test_surplus_is_dropped_from_the_last_generalised(oracle, neighbours):
+    def collect(count):
+        return initial_demonstrations(
+            oracle, np.arange(200), count, neighbours, ["neighbours"], np.random.default_rng(0)
+        )
+
+    more, fewer = collect(62), collect(61)
+    assert set(fewer.pairs) <= set(more.pairs)
+    assert fewer.select(~fewer.generalised).pairs == more.select(~more.generalised).pairs
+
+
+def test_it_says_so_when_trajectories_run_dry(oracle):
+    # From the goal there is nothing to show.
+    goal, rng = np.array([0]), np.random.default_rng(0)
+    with pytest.raises(InputError, match=r"3 states wanted, .* reach only 0"):
+        initial_demonstrations(oracle, goal, 3, Generalisation.none(), None, rng)
+    with pytest.raises(InputError, match=r"3 states wanted, .* reach only 0"):
+        held_out(oracle, np.array([1]), goal, rng, n=3)
+
+
+def test_held_out_shares_no_state_with_the_training_set(oracle, neighbours):
+    rng = np.random.default_rng(0)
+    starts = np.arange(200)
+    training = initial_demonstrations(oracle, starts, 80, neighbours, None, rng)
+    test = held_out(oracle, training.state, starts, rng, n=50)
+    assert len(test) == test.n_states_demonstrated == 50
+    assert not np.isin(test.state, training.state).any()
+    assert oracle.optimal_actions[test.state, test.action].all()
+
+
+def test_collections_repeat_with_their_seed(oracle, neighbours):
+    a, b = (
+        initial_demonstrations(
+            oracle, np.arange(200), 70, neighbours, None, np.random.default_rng(4)
+        )
+        for _ in range(2)
+    )
+    assert a.pairs == b.pairs
+    assert isinstance(a, Demonstrations)

@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+
+from irl.errors import InputError
+from irl.generalisation import Generalisation, RulePurity, rule_purity
+
+# Rule near: {(0,0), (1,0), (2,0)} and {(3,1), (4,1)}; rule far: {(0,0), (3,1)}.
+ROWS = [
+    (0, 0, 0, 0),
+    (1, 0, 0, 0),
+    (2, 0, 0, 0),
+    (3, 1, 1, 0),
+    (4, 1, 1, 0),
+    (0, 0, 2, 1),
+    (3, 1, 2, 1),
+]
+
+
+def build(rows=ROWS, names=("near", "far")) -> Generalisation:
+    state, action, group, rule = np.array(rows).T
+    return Generalisation(
+        state.astype(np.int32),
+        action.astype(np.int32),
+        group.astype(np.int32),
+        rule.astype(np.uint8),
+        list(names),
+    )
+
+
+def pairs(following):
+    return list(zip(*(column.tolist() for column in following), strict=True))
+
+
+@pytest.mark.parametrize("order", [slice(None), slice(None, None, -1)])
+def test_what_follows_is_the_rest_of_each_group(order):
+    g = build(ROWS[order])
+    assert pairs(g.following(0, 0)) == [(1, 0), (2, 0), (3, 1)]
+    assert pairs(g.following(3, 1)) == [(4, 1), (0, 0)]
+    assert pairs(g.following(0, 0, ["far"])) == [(3, 1)]
+    assert pairs(g.following(1, 0)) == [(0, 0), (2, 0)]
+    assert pairs(g.following(1, 0, ["far"])) == []
+
+
+def test_pairs_without_a_group_speak_for_themselves_alone():
+    assert pairs(build().following(0, 1)) == []
+    assert pairs(Generalisation.none().following(0, 0)) == []
+
+
+def test_unknown_rules_are_named_with_the_valid_ones():
+    with pytest.raises(InputError, match="no rule 'nera'; valid: near, far"):
+        build().following(0, 0, ["nera"])
+
+
+@pytest.mark.parametrize(
+    ("rows", "names", "words"),
+    [
+        ([(0, 0, 0, 0), (1, 0, 0, 1)], ("near", "far"), "'rule' differs within a group"),
+        ([(0, 0, 0, 0), (0, 0, 0, 0)], ("near",), "twice"),
+        ([(0, 0, 0, 2)], ("near", "far"), "'rule' holds 2"),
+        ([(0, -1, 0, 0)], ("near",), "at least 0"),
+        ([(0, 0, 0, 0)], ("near", "near"), "names a rule twice"),
+    ],
+)
+def test_inconsistent_groups_are_refused(rows, names, words):
+    with pytest.raises(InputError, match=words):
+        build(rows, names)
+
+
+def test_wrong_columns_are_named():
+    good = build()
+    with pytest.raises(
+        InputError, match=r"field 'group' must be int32 \[7\], is int64 \[7\]|int64"
+    ):
+        Generalisation(good.state, good.action, good.group.astype(int), good.rule, ["a", "b"])
+    with pytest.raises(InputError, match="field 'rule' must be uint8"):
+        Generalisation(good.state, good.action, good.group, good.rule[:-1], ["a", "b"])
+
+
+def test_purity_counts_every_derivation_of_a_co_optimal_pair():
+    optimal = np.zeros((5, 2), dtype=bool)
+    optimal[0, 0] = optimal[1, 0] = optimal[2, 1] = optimal[3, 1] = True
+    # near, group 0: (0,0) and (1,0) are co-optimal, (2,0) is not: 2 × 2 derivations, 2 right.
+    # near, group 1: (3,1) is co-optimal, but state 4 has no co-optimal action at all: not graded.
+    # far: (0,0) and (3,1) derive each other rightly.
+    assert rule_purity(build(), optimal) == {"near": RulePurity(0.5, 4), "far": RulePurity(1.0, 2)}
+
+
+def test_purity_without_derivations_is_none():
+    purity = rule_purity(build(), np.zeros((5, 2), dtype=bool))
+    assert purity["near"] == RulePurity(None, 0)
+    assert rule_purity(Generalisation.none(), np.zeros((5, 2), dtype=bool)) == {}
+
+
+def test_purity_agrees_with_enumeration():
+    rng = np.random.default_rng(0)
+    optimal = rng.random((40, 3)) < 0.4
+    rows = []
+    for group in range(30):
+        for s in rng.choice(40, size=rng.integers(1, 6), replace=False):
+            rows.append((s, rng.integers(3), group, group % 2))
+    g = build(rows)
+    for rule, name in enumerate(g.rule_names):
+        right = total = 0
+        for s, a, _, _ in {row for row in rows if row[3] == rule and optimal[row[0], row[1]]}:
+            for s_next, a_next in pairs(g.following(s, a, [name])):
+                if optimal[s_next].any():
+                    total += 1
+                    right += optimal[s_next, a_next]
+        assert rule_purity(g, optimal)[name] == RulePurity(right / total, total)

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+
+GOOD = {
+    "state": np.array([1, 0, 0]),
+    "action": np.array([0, 1, 1]),
+    "next_state": np.array([1, 0, 1]),
+    "probability": np.array([1.0, 0.25, 0.75]),
+}
+
+
+def test_rows_are_sorted_by_state_then_action_whatever_the_order():
+    model = TransitionModel.from_entries(2, 2, **GOOD)
+    assert model.pair_state.tolist() == [0, 1]
+    assert model.pair_action.tolist() == [1, 0]
+    np.testing.assert_array_equal(model.P.toarray(), [[0.25, 0.75], [0.0, 1.0]])
+    np.testing.assert_array_equal(model.mask, [[False, True], [True, False]])
+    assert model.first_pair.tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("field", "values", "words"),
+    [
+        ("state", [0, 0], "one length"),
+        ("state", [0.0, 0.0, 1.0], "'state' must hold integers"),
+        ("next_state", [0, 1, 2], "'next_state' must lie in 0…1"),
+        ("action", [0, 1, -1], "'action' must lie in 0…1"),
+        ("probability", [1.0, 0.5, np.nan], "'probability' must be finite"),
+        ("probability", [1.0, 1.25, -0.25], "'probability' must be finite and above 0"),
+        ("probability", [1.0, 0.25, 0.7], "state 0, action 1 is off by 0.05"),
+        ("next_state", [1, 0, 0], "occurs twice"),
+    ],
+)
+def test_bad_entries_are_named(field, values, words):
+    with pytest.raises(InputError, match=words):
+        TransitionModel.from_entries(2, 2, **(GOOD | {field: np.array(values)}))
+
+
+def test_pair_index_finds_feasible_pairs_only(chain):
+    rows = chain.pair_index(np.arange(4)[:, None], np.arange(2)[None, :])
+    assert rows.tolist() == [[0, 1], [2, 3], [4, 5], [-1, -1]]
+    assert chain.pair_index(np.array([0, 0]), np.array([-1, 2])).tolist() == [-1, -1]
+    assert chain.actions_of(3).tolist() == []
+    assert chain.actions_of(2).tolist() == [0, 1]
+
+
+def test_q_values_are_expectations(chain):
+    Q = chain.q_values(np.array([0.0, 1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(Q, [[0.0, 0.9], [0.0, 1.9], [1.0, 3.0], [-np.inf, -np.inf]])
+
+
+def test_samples_follow_the_probabilities(chain):
+    rng = np.random.default_rng(0)
+    drawn = [chain.sample(0, 1, rng) for _ in range(2000)]
+    assert set(drawn) == {0, 1}
+    # Four standard errors of 2000 draws at 0.9.
+    assert abs(np.mean(drawn) - 0.9) < 0.027
+
+
+def test_sampling_an_infeasible_pair_names_the_feasible_actions(chain):
+    with pytest.raises(InputError, match=r"action 2 .* state 1; feasible: \[0, 1\]"):
+        chain.sample(1, 2, np.random.default_rng(0))
+
+
+def test_reachable_follows_any_action(chain):
+    assert chain.reachable(np.array([1])).tolist() == [True] * 4
+    assert chain.reachable(np.array([3])).tolist() == [False, False, False, True]
+
+
+def test_reachable_agrees_with_matrix_powers(random_model):
+    model = random_model(np.random.default_rng(3), n_states=12, n_actions=2)
+    step = np.eye(12, dtype=int)
+    for s, row in zip(model.pair_state, model.P.toarray(), strict=True):
+        step[s] |= row > 0
+    closure = np.linalg.matrix_power(step.astype(object), 12) > 0
+    for start in range(12):
+        np.testing.assert_array_equal(model.reachable(np.array([start])), closure[start])
+
+
+def test_a_model_without_pairs_is_possible():
+    none = np.zeros(0, dtype=int)
+    model = TransitionModel.from_entries(3, 2, none, none, none, np.zeros(0))
+    assert model.n_pairs == 0
+    assert model.pair_index(np.array([0, 1]), np.array([0, 1])).tolist() == [-1, -1]

@@ -1,0 +1,131 @@
+import numpy as np
+import pytest
+
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.planning import (
+    backup,
+    best,
+    policy_success,
+    transition_matrix,
+    uniform_policy,
+    value_iteration,
+)
+
+
+def test_chain_has_its_closed_form_values(chain):
+    gamma, cost = 0.9, 0.1
+    V, Q = value_iteration(chain, np.array([0, 0, 0, 1.0]), gamma, pair_reward=-cost, terminal=[3])
+    v2 = 1 - cost
+    # v = 0.9 γ v_next + 0.1 γ v − cost, solved for v.
+    v1 = (0.9 * gamma * v2 - cost) / (1 - 0.1 * gamma)
+    v0 = (0.9 * gamma * v1 - cost) / (1 - 0.1 * gamma)
+    np.testing.assert_allclose(V, [v0, v1, v2, 0], atol=1e-9)
+    assert Q[0, 1] == pytest.approx(v0)
+    assert Q[2, 0] == pytest.approx(gamma * v1 - cost)
+    assert np.isneginf(Q[3]).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_values_solve_the_linear_system_of_their_own_greedy_policy(random_model, seed):
+    rng = np.random.default_rng(seed)
+    model = random_model(rng)
+    R = rng.normal(size=model.n_states)
+    r = rng.normal(size=model.n_pairs)
+    gamma, terminal = 0.95, [2, 5]
+    V, Q = value_iteration(model, R, gamma, pair_reward=r, terminal=terminal, tolerance=1e-10)
+    # Evaluate the greedy policy by a dense solve; then nothing may improve on it.
+    dense, rewards = np.zeros((model.n_states, model.n_states)), np.zeros(model.n_states)
+    for s in np.flatnonzero(np.isfinite(Q).any(axis=1)):
+        row = int(model.pair_index(s, Q[s].argmax()))
+        dense[s] = model.P[[row]].toarray()
+        rewards[s] = dense[s] @ R + r[row]
+    exact = np.linalg.solve(np.eye(model.n_states) - gamma * dense, rewards)
+    np.testing.assert_allclose(V, exact, atol=1e-8)
+    improved = best(model, backup(model, exact, R, gamma, r), fill=0.0)
+    improved[terminal] = 0.0
+    assert (improved <= exact + 1e-8).all()
+
+
+def test_large_rewards_don_t_keep_it_from_ending(chain):
+    V, _ = value_iteration(chain, np.full(4, 1e12), 0.99, tolerance=1e-9)
+    assert np.isfinite(V).all()
+
+
+def test_best_skips_states_without_actions(chain):
+    values = np.array([1.0, 2.0, 5.0, 3.0, -1.0, -2.0])
+    assert best(chain, values, fill=-9.0).tolist() == [2.0, 5.0, -1.0, -9.0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"gamma": 1.0}, "gamma must lie in"),
+        ({"state_reward": np.zeros(3)}, "state_reward must be finite"),
+        ({"state_reward": np.array([0, 0, 0, np.nan])}, "state_reward must be finite"),
+        ({"pair_reward": np.zeros(5)}, "pair_reward must be finite"),
+    ],
+)
+def test_bad_arguments_are_named(chain, arguments, words):
+    given = {"state_reward": np.zeros(4), "gamma": 0.9} | arguments
+    with pytest.raises(InputError, match=words):
+        value_iteration(chain, **given)
+
+
+def test_success_has_its_closed_form(chain):
+    right = np.array([1, 1, 1, -1])
+    goal = np.array([3])
+    assert policy_success(chain, right, goal, 0).tolist() == [0, 0, 0, 1]
+    # From 1: two moves, the first of which may fail.
+    np.testing.assert_allclose(policy_success(chain, right, goal, 2), [0, 0.9, 1, 1])
+    # From 0 in 4 actions: two moves of 0.9 and a sure one, at most one failure.
+    np.testing.assert_allclose(policy_success(chain, right, goal, 4)[0], 0.81 + 2 * 0.1 * 0.81)
+
+
+def test_doing_nothing_or_the_infeasible_fails(chain):
+    goal = np.array([3])
+    assert policy_success(chain, np.array([1, -1, 1, 1]), goal, 9).tolist() == [0, 0, 1, 1]
+    assert policy_success(chain, np.array([1, 7, 1, 1]), goal, 9).tolist() == [0, 0, 1, 1]
+
+
+def test_stochastic_success_agrees_with_monte_carlo(random_model):
+    rng = np.random.default_rng(5)
+    model = random_model(rng, n_states=10, n_actions=3)
+    goal, horizon, runs = np.array([4]), 6, 4000
+    policy = uniform_policy(model.mask)
+    predicted = policy_success(model, policy, goal, horizon)[0]
+    reached = 0
+    for _ in range(runs):
+        state = 0
+        for _ in range(horizon):
+            if state == 4 or not model.mask[state].any():
+                break
+            state = model.sample(state, rng.choice(3, p=policy[state]), rng)
+        reached += state == 4
+    assert abs(reached / runs - predicted) < 4 * np.sqrt(predicted * (1 - predicted) / runs)
+
+
+def test_deterministic_and_stochastic_forms_agree(chain):
+    actions = np.array([1, 0, 1, -1])
+    table = np.zeros((4, 2))
+    table[[0, 1, 2], [1, 0, 1]] = 1.0
+    a, b = transition_matrix(chain, actions), transition_matrix(chain, table)
+    np.testing.assert_array_equal(a.toarray(), b.toarray())
+
+
+def test_wrong_policy_shape_is_named(chain):
+    with pytest.raises(InputError, match=r"policy: integer \[4\] or probabilities \[4, 2\]"):
+        policy_success(chain, np.zeros(3, dtype=int), np.array([3]), 2)
+
+
+def test_uniform_policy_spreads_evenly_and_leaves_empty_rows_empty():
+    table = uniform_policy(np.array([[True, True], [False, True], [False, False]]))
+    np.testing.assert_array_equal(table, [[0.5, 0.5], [0, 1], [0, 0]])
+
+
+def test_planning_without_pairs_is_zero():
+    none = np.zeros(0, dtype=int)
+    model = TransitionModel.from_entries(2, 1, none, none, none, np.zeros(0))
+    V, Q = value_iteration(model, np.ones(2), 0.5)
+    assert V.tolist() == [0, 0]
+    assert np.isneginf(Q).all()

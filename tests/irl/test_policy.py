@@ -1,0 +1,117 @@
+import struct
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from safetensors.numpy import load_file, save_file
+
+from irl.errors import InputError
+from irl.policy import Policy, load_policy, save_policy
+
+HASH = "ab" * 32
+
+
+@pytest.fixture
+def policy() -> Policy:
+    mask = np.array([[True, True, False], [False, True, True], [False, False, False]])
+    q = np.array([[0.5, 0.5, 9.0], [9.0, -0.2, 0.1], [9.0, 9.0, 9.0]])
+    weights = {"layer.0": np.arange(6, dtype=np.float32).reshape(2, 3)}
+    return Policy.from_q(q, mask, weights=weights, task_hash=HASH, algorithm="fa_mlirl", seed=3)
+
+
+def test_argmax_is_over_feasible_actions_and_ties_go_low(policy):
+    assert policy.action.tolist() == [0, 2, -1]
+    assert policy.action.dtype == np.int64
+    assert policy.q.dtype == np.float32
+    assert np.isneginf(policy.q[2]).all()
+
+
+def test_an_avoided_action_is_taken_only_for_want_of_another():
+    mask = np.array([[False, True, True], [True, True, False]])
+    q = np.array([[0.0, -np.inf, -np.inf], [-np.inf, -0.5, 0.0]])
+    assert Policy.from_q(q, mask).action.tolist() == [1, 1]
+
+
+def test_nan_and_disagreeing_shapes_are_refused():
+    with pytest.raises(InputError, match="NaN"):
+        Policy.from_q(np.array([[np.nan]]), np.array([[True]]))
+    assert Policy.from_q(np.array([[np.nan, 0]]), np.array([[False, True]])).action.tolist() == [1]
+    with pytest.raises(InputError, match="agree"):
+        Policy.from_q(np.zeros((2, 2)), np.ones((2, 3), dtype=bool))
+
+
+def test_round_trip_is_exact(policy, tmp_path):
+    save_policy(policy, tmp_path / "p.safetensors")
+    read = load_policy(tmp_path / "p.safetensors", task_hash=HASH)
+    np.testing.assert_array_equal(read.action, policy.action)
+    np.testing.assert_array_equal(read.q, policy.q)
+    np.testing.assert_array_equal(read.weights["layer.0"], policy.weights["layer.0"])
+    assert (read.task_hash, read.algorithm, read.seed) == (HASH, "fa_mlirl", 3)
+    assert [path.name for path in tmp_path.iterdir()] == ["p.safetensors"]
+
+
+def test_the_library_reads_our_header(policy, tmp_path):
+    save_policy(policy, tmp_path / "p.safetensors")
+    assert set(load_file(tmp_path / "p.safetensors")) == {"action", "q", "weights.layer.0"}
+    (size,) = struct.unpack("<Q", (tmp_path / "p.safetensors").read_bytes()[:8])
+    assert size % 8 == 0
+
+
+def test_equal_policies_give_equal_bytes_in_every_process(tmp_path):
+    # The library orders metadata by a hash seeded per process.
+    code = (
+        "import sys, numpy as np; from irl.policy import Policy, save_policy;"
+        "save_policy(Policy.from_q(np.eye(3), np.eye(3) > 0, task_hash='t', algorithm='a',"
+        "weights={'b': np.ones(2), 'a': np.ones(3)}), sys.argv[1])"
+    )
+    for name in "123":
+        subprocess.run([sys.executable, "-c", code, str(tmp_path / name)], check=True)
+    assert len({(tmp_path / name).read_bytes() for name in "123"}) == 1
+
+
+def metadata(**changes):
+    good = {"schema_version": "1", "task_hash": HASH, "algorithm": "x", "seed": "0"}
+    return {key: value for key, value in (good | changes).items() if value is not None}
+
+
+@pytest.mark.parametrize(
+    ("changes", "meta", "words"),
+    [
+        ({"q": None}, metadata(), "field 'q' is missing"),
+        ({"action": None}, metadata(), "field 'action' is missing"),
+        ({"action": np.zeros(2, dtype=np.int32)}, metadata(), "'action' must be int64"),
+        ({"q": np.zeros((2, 3))}, metadata(), "'q' must be float32"),
+        ({"q": np.zeros(2, dtype=np.float32)}, metadata(), "'q' must be float32 with 2"),
+        ({"q": np.zeros((3, 3), dtype=np.float32)}, metadata(), "one row per state"),
+        ({"q": np.full((2, 3), np.nan, dtype=np.float32)}, metadata(), "'q' holds NaN"),
+        ({"action": np.array([0, 3])}, metadata(), "'action' must lie in −1…2"),
+        ({}, metadata(schema_version="2"), "'schema_version' is '2'; supported: '1'"),
+        ({}, metadata(schema_version=None), "'schema_version' is None"),
+        ({}, metadata(seed=None), "metadata field 'seed' is missing"),
+        ({}, metadata(seed="x"), "field 'seed' must be an integer"),
+        ({}, metadata(task_hash="cd" * 32), "another task"),
+    ],
+)
+def test_a_bad_policy_is_refused_in_one_line(tmp_path, changes, meta, words):
+    path = tmp_path / "p.safetensors"
+    tensors = {"action": np.array([0, 1]), "q": np.zeros((2, 3), dtype=np.float32)} | changes
+    save_file({k: v for k, v in tensors.items() if v is not None}, path, meta)
+    with pytest.raises(InputError, match=words) as refusal:
+        load_policy(path, task_hash=HASH)
+    assert str(path) in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("kept", [0, 5, 40, -1])
+def test_a_truncated_policy_is_refused(policy, tmp_path, kept):
+    path = tmp_path / "p.safetensors"
+    save_policy(policy, path)
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(InputError, match="not a readable policy file"):
+        load_policy(path)
+
+
+def test_a_missing_policy_is_named(tmp_path):
+    with pytest.raises(InputError, match="no such policy file"):
+        load_policy(tmp_path / "none.safetensors")

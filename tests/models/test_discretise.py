@@ -1,0 +1,101 @@
+"""State identification: table poses name themselves, neighbours snap, what has left is lost."""
+
+import numpy as np
+import pytest
+
+from models.errors import ModelError
+from models.rotations import rotation_vector_to_matrix, rotation_z
+from models.task import discretise, spaces
+from models.task.spaces import LOST, POSITIONS, R_WG, R_WO, State
+
+REST = np.array([0.55, 0.0, spaces.REST_HEIGHT])
+
+
+def free(p_WO, R=R_WO[0]):
+    return discretise.identify(R, p_WO, R_WG[10], [0.4, 0.0, 0.75], False)
+
+
+def test_every_state_identifies_itself_from_its_own_pose():
+    index = np.arange(spaces.N_STATES)
+    position, orientation, gripper = spaces.decode_states(index)
+    held = gripper >= 0
+    p_WG = POSITIONS[position]
+    p_WO = np.where(held[:, None], p_WG, p_WG * [1, 1, 0] + [0, 0, spaces.REST_HEIGHT])
+    found = discretise.identify(R_WO[orientation], p_WO, R_WG[gripper], p_WG, held)
+    np.testing.assert_array_equal(found.state, index)
+    np.testing.assert_allclose(found.orientation_angle, 0, atol=1e-12)
+    np.testing.assert_allclose(found.distance, 0, atol=1e-12)
+    np.testing.assert_allclose(found.gripper_angle[held], 0, atol=1e-12)
+    assert np.isnan(found.gripper_angle[~held]).all()
+
+
+def test_small_disturbances_snap_back_and_are_told():
+    rng = np.random.default_rng(0)
+    n = 500
+    position, orientation, gripper = (rng.integers(high, size=n) for high in (18, 48, 18))
+    turn = rng.normal(size=(2, n, 3))
+    size = np.radians(20) * rng.uniform(size=(2, n, 1))
+    turn = rotation_vector_to_matrix(size * turn / np.linalg.norm(turn, axis=-1, keepdims=True))
+    found = discretise.identify(
+        turn[0] @ R_WO[orientation],
+        POSITIONS[position],
+        R_WG[gripper] @ np.where(gripper[:, None, None] < 10, np.eye(3), turn[1]),
+        POSITIONS[position] + [0.01, -0.02, 0.02],
+        np.ones(n, dtype=bool),
+    )
+    np.testing.assert_array_equal(found.state, spaces.encode_states(position, orientation, gripper))
+    np.testing.assert_allclose(found.orientation_angle, size[0, :, 0], atol=1e-12)
+    np.testing.assert_allclose(found.distance, 0.03, atol=1e-12)
+
+
+def test_a_free_cubes_height_does_not_raise_it_to_the_upper_layer():
+    assert free([0.5, 0.0, 0.61]).state == State(2, 0).index
+
+
+@pytest.mark.parametrize(
+    ("p_WO", "lost"),
+    [
+        (REST, False),
+        ([0.475, -0.15, 0.52], False),
+        ([0.625, 0.15, 0.52], False),
+        ([0.474, 0.0, 0.52], True),
+        ([0.626, 0.0, 0.52], True),
+        ([0.55, 0.151, 0.52], True),
+        ([0.55, -0.151, 0.52], True),
+        ([0.55, 0.0, 0.49], True),
+        ([0.55, 0.0, 0.02], True),
+    ],
+)
+def test_a_free_cube_off_the_grid_or_the_table_is_lost(p_WO, lost):
+    assert (free(p_WO).state == LOST) == lost
+    assert discretise.off_table(p_WO) == lost
+
+
+def test_a_held_cube_is_where_the_tool_is_and_never_lost():
+    found = discretise.identify(R_WO[3], [0.9, 0.9, 0.1], R_WG[2], [0.7, 0.3, 0.6], True)
+    assert found.state == State(17, 3, 2).index
+    assert found.distance == pytest.approx(np.hypot(0.1, 0.2))
+
+
+def test_ties_go_by_the_measured_pose():
+    halfway = np.radians(22.5)
+    assert free(REST, rotation_z(halfway - 1e-6)).state == State(8, 0).index
+    assert free(REST, rotation_z(halfway + 1e-6)).state == State(8, 1).index
+    near = discretise.all_nearest_orientations(rotation_z(halfway), 1e-9)
+    np.testing.assert_array_equal(np.flatnonzero(near), [0, 1])
+    near = discretise.all_nearest_orientations(rotation_z(halfway - 1e-6), 1e-9)
+    np.testing.assert_array_equal(np.flatnonzero(near), [0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((2 * np.eye(3), REST, R_WG[0], REST, True), "R_WO is no rotation"),
+        ((R_WO[0], REST, np.eye(2), REST, True), "R_WG has shape"),
+        ((R_WO[0], [0.5, np.nan, 0.5], R_WG[0], REST, False), "p_WO holds a value"),
+        ((R_WO[0], REST, R_WG[0], [0.5, 0.5], False), "p_WG has shape"),
+    ],
+)
+def test_what_is_no_pose_is_refused(arguments, said):
+    with pytest.raises(ModelError, match=said):
+        discretise.identify(*arguments)

@@ -1,0 +1,143 @@
+"""Symmetry classes: an equivalence whose maps reproduce every member from its representative."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from models.rotations import geodesic_angle, rotation_z
+from models.task import pairs, spaces, symmetry
+from models.task.spaces import R_WG, R_WO, Action, Kind, State
+
+MIRROR = np.diag([1.0, -1.0, 1.0])
+CUBE = np.array(Rotation.create_group("O").as_matrix())
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["mirror", "no mirror"])
+def classes(request):
+    return symmetry.symmetry_classes(mirror=request.param)
+
+
+def test_counts():
+    with_mirror, without = (symmetry.symmetry_classes(mirror=m) for m in (True, False))
+    assert with_mirror.n_members.tolist() == [120, 120, 72, 48, 192, 192, 72, 48]
+    assert without.n_members.tolist() == [120, 120, 72, 24, 24, 192, 192, 72, 24, 24]
+
+
+def test_every_map_reproduces_the_member(classes):
+    for o, g in np.ndindex(48, 18):
+        representative = classes.representative[classes.pair_class[o, g]]
+        R_O, R_G = R_WO[representative[0]], R_WG[representative[1]]
+        assert classes.valid[o, g].any()
+        for S, mirrored in zip(
+            classes.S[o, g][classes.valid[o, g]],
+            classes.mirrored[classes.valid[o, g]],
+            strict=True,
+        ):
+            np.testing.assert_allclose(S[2], [0, 0, 1], atol=1e-9)
+            flip = MIRROR if mirrored else np.eye(3)
+            # The gripper up to half a turn about its approach, the cube up to its faces.
+            moved_G, moved_O = S @ flip @ R_G @ flip, S @ flip @ R_O @ flip
+            turned = [moved_G, moved_G @ rotation_z(np.pi)]
+            assert np.abs(turned - R_WG[g]).max(axis=(1, 2)).min() < 1e-9
+            assert np.abs(moved_O @ CUBE - R_WO[o]).max(axis=(1, 2)).min() < 1e-9
+
+
+def test_classes_are_an_equivalence(classes):
+    """The class is the same whichever member had been its representative."""
+    for o, g in np.argwhere(np.ones((48, 18), dtype=bool))[::7]:
+        like = np.zeros((48, 18), dtype=bool)
+        for mirrored in np.unique(classes.mirrored):
+            for half_turn in (False, True):
+                like |= symmetry._scene_maps((o, g), mirrored, half_turn)[1]
+        np.testing.assert_array_equal(like, classes.pair_class == classes.pair_class[o, g])
+
+
+def test_a_representatives_first_map_is_the_identity(classes):
+    for o, g in classes.representative:
+        assert classes.valid[o, g, 0] and not classes.mirrored[0]
+        np.testing.assert_allclose(classes.S[o, g, 0], np.eye(3), atol=1e-12)
+
+
+def test_kinds_of_gripper_do_not_mix(classes):
+    kind = np.repeat([0, 1, 2], [5, 5, 8])
+    for number in range(classes.n_classes):
+        grippers = np.nonzero(classes.pair_class == number)[1]
+        assert len(set(kind[grippers])) == 1
+
+
+def test_transport_of_nothing_is_nothing(classes):
+    turn, p = symmetry.transport(np.eye(3), classes.S[classes.valid], False)
+    np.testing.assert_allclose(turn, np.broadcast_to(np.eye(3), turn.shape), atol=1e-12)
+    assert not p.any()
+
+
+def test_transport_carries_turn_and_displacement():
+    quarter = rotation_z(np.pi / 2)
+    tilt = Rotation.from_rotvec([0.3, 0, 0]).as_matrix()
+    turn, p = symmetry.transport(tilt, quarter, False, [0.01, 0.02, -0.03])
+    np.testing.assert_allclose(turn, Rotation.from_rotvec([0, 0.3, 0]).as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(p, [-0.02, 0.01, -0.03], atol=1e-12)
+    # In the mirror y → −y, turns about x and z change their sense.
+    turn, p = symmetry.transport(rotation_z(0.2) @ tilt, np.eye(3), True, [0.01, 0.02, -0.03])
+    expected = rotation_z(-0.2) @ Rotation.from_rotvec([-0.3, 0, 0]).as_matrix()
+    np.testing.assert_allclose(turn, expected, atol=1e-12)
+    np.testing.assert_allclose(p, [0.01, -0.02, -0.03], atol=1e-12)
+
+
+def test_outcomes_that_depend_on_the_scene_alone_are_carried_exactly(classes):
+    """A made-up physics that respects the symmetries: pads align the cube with the hand.
+
+    The cube turns about the vertical by the smallest angle that squares it with the closing
+    axis. What the member does must be what is carried over from its representative.
+    """
+
+    def settle(R_O, R_G):
+        # Vertical turns only: compare yaw of the hand and of the cube's faces, modulo 90°.
+        yaw_of_hand = np.arctan2(R_G[1, 1], R_G[0, 1])
+        level = R_O[:, np.abs(R_O[2]) < 0.5][:, 0]
+        yaw_of_cube = np.arctan2(level[1], level[0])
+        quarter = np.pi / 2
+        return rotation_z((yaw_of_hand - yaw_of_cube + quarter / 2) % quarter - quarter / 2)
+
+    for o, g in np.ndindex(48, 18):
+        representative = classes.representative[classes.pair_class[o, g]]
+        delta = settle(R_WO[representative[0]], R_WG[representative[1]])
+        angle = geodesic_angle(delta, np.eye(3))
+        for m in np.flatnonzero(classes.valid[o, g]):
+            turn, _ = symmetry.transport(delta, classes.S[o, g, m], classes.mirrored[m])
+            expected = settle(R_WO[o], R_WG[g])
+            if angle < np.radians(44.9):  # at 45° either way is the smallest
+                np.testing.assert_allclose(turn, expected, atol=1e-9)
+            else:
+                assert geodesic_angle(turn, np.eye(3)) == pytest.approx(angle)
+
+
+def test_a_pair_that_is_its_own_mirror_image_has_several_maps():
+    classes = symmetry.symmetry_classes()
+    assert classes.valid[0, 10].sum() == 4  # vertical: half turn and mirror
+    assert classes.valid[0, 5].sum() == 2  # tilted to the front: mirror
+    assert classes.valid[0, 7].sum() == 1  # oblique: nothing
+
+
+def test_kernel_of_the_thesis():
+    def kernel(*state_and_action):
+        *parts, action = state_and_action
+        return symmetry.thesis_kernel(State(*parts).index, action.index)
+
+    grasp = Action(Kind.GRASP, 3)
+    assert kernel(0, 0, grasp) == kernel(8, 2, grasp) == kernel(4, 10, grasp)
+    assert kernel(0, 0, grasp) != kernel(0, 1, grasp)
+    assert kernel(0, 0, grasp) != kernel(0, 0, Action(Kind.GRASP, 10))
+    raised, level = Action(Kind.TRANSLATE, 5), Action(Kind.TRANSLATE, 4)
+    assert kernel(0, 0, 3, raised) == kernel(2, 2, 11, raised)
+    assert kernel(0, 0, 3, raised) != kernel(1, 0, 3, raised)
+    assert kernel(0, 0, 3, level) != kernel(0, 0, 11, level)
+    drop = Action(Kind.DROP)
+    assert kernel(0, 0, 3, drop) == kernel(16, 40, 3, drop) != kernel(17, 40, 3, drop)
+
+
+def test_kernel_classes_are_counted():
+    state, action = np.nonzero(pairs.nominal_pairs())
+    number = symmetry.thesis_kernel(state, action)
+    kind = spaces.decode_actions(action).kind
+    assert [np.unique(number[kind == k]).size for k in Kind] == [36, 684, 1224, 72]

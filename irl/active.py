@@ -252,7 +252,7 @@ def active_fa_mlirl(
     )
     q, f, run = function_approx(network, labels, advice, config.initial, query=0)
     beta_learnt = config.initial.learn_beta or config.refine.learn_beta
-    asked: list[int] = []
+    asked = np.zeros(0, dtype=np.int64)
     history: list[QueryRecord] = []
 
     for k in range(1, config.budget + 1):
@@ -263,7 +263,7 @@ def active_fa_mlirl(
             q=q,
             features=features,
             demonstrated=labels.state,
-            candidates=candidate_states(model, np.union1d(labels.state, asked), candidates),
+            candidates=candidate_states(model, np.r_[labels.state, asked], candidates),
             beta=config.query_beta,
             start_states=start_states,
             rng=rng,
@@ -271,7 +271,7 @@ def active_fa_mlirl(
         state = select_state(config.state_query, context)
         if state is None:
             break
-        asked.append(state)
+        asked = np.append(asked, state)
         shown = Demonstrations.from_pairs(
             demonstrator.trajectory(state, rng), trajectory=int(labels.trajectory.max()) + 1
         )

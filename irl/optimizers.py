@@ -42,4 +42,4 @@ class Adam:
         self._parameters.addcdiv_(self._mean, scale, value=size / unbias1)
 
 
-OPTIMIZERS = {"adam": Adam, "sgd": GradientAscent}
+OPTIMIZERS: dict[str, type[Adam] | type[GradientAscent]] = {"adam": Adam, "sgd": GradientAscent}

@@ -57,7 +57,7 @@ class TrainingConfig:
         check_choice("optimizer", self.optimizer, OPTIMIZERS)
         check_choice("schedule", self.schedule, SCHEDULES)
         check_range("iterations", self.iterations, 0)
-        check_range("step", self.step, 0, open_low=True)
+        check_range("step", self.step, 0, 1e6, open_low=True)
         check_range("beta", self.beta, 0, open_low=True)
         check_range("tolerance", self.tolerance, 0)
         check_range("weight_decay", self.weight_decay, 0)
@@ -136,7 +136,8 @@ def train(
             gradient -= config.bellman_weight * at_batch.backward(torch.from_numpy(df))
             gradient_scalars[1] = -config.bellman_weight * dreward
         ascend.step(gradient, _step(config, done))
-        ascend_scalars.step(gradient_scalars, _step(config, done))
+        if config.learn_beta or config.bellman_weight > 0:
+            ascend_scalars.step(gradient_scalars, _step(config, done))
         history[done] = value
         done += 1
         if config.tolerance > 0 and done > WINDOW:

@@ -144,7 +144,9 @@ class Evaluation:
         self._gradient = torch.zeros_like(network.parameters)
         self._score = torch.empty(1, n)
         self._f = torch.empty(1, n)
-        shapes = [tuple(layer.shape) for _, layers in network.terms for layer in layers]
+        shapes = [
+            (layer.shape[0], layer.shape[1]) for _, layers in network.terms for layer in layers
+        ]
         gradients = iter(_views(self._gradient, shapes))
         self._terms = []
         for columns, layers in network.terms:

@@ -22,8 +22,7 @@ from diagrams.gripper_controller import GripperController, prepare_gripper
 from diagrams.reference_ramp import ReferenceRamp
 from diagrams.state_identifier import is_held
 from models import gripper
-
-RETREAT = np.where((np.arange(18) >= 5) & (np.arange(18) <= 9), 0.005, 0.0)
+from models.gripper_poses import RETREAT, grasp_position
 from models.rotations import (
     geodesic_angle,
     matrix_to_rotation_vector,
@@ -234,7 +233,7 @@ class _Trial:
         p_nominal = np.array([*COLUMN, REST_HEIGHT])
         R_before = rotation_vector_to_matrix([0.0, 0.0, noise["yaw"]]) @ self.R_nominal
         X_before = RigidTransform(RotationMatrix(R_before), p_nominal)
-        p_WG = p_nominal + offset - RETREAT[self.pair.gripper] * self.R_WG.matrix()[:, 2]
+        p_WG = grasp_position(p_nominal, self.pair.gripper) + offset
         self._start(p_WG, gripper.MAX_OPENING, X_before)
         self._command(p_WG, 0.0)
         self.simulator.AdvanceTo(config.close_s)
@@ -270,7 +269,7 @@ class _Trial:
         before = {**self._grip(), **self._in_hand(X_GO)}
         self._command(p_WG, gripper.MAX_OPENING)
         self._advance(config.release_s)
-        self._command(p_WG + [0.0, 0.0, WITHDRAWAL], gripper.MAX_OPENING)
+        self._command(p_WG + np.array([0.0, 0.0, WITHDRAWAL]), gripper.MAX_OPENING)
         self._advance(WITHDRAWAL / LIFT_SPEED)
         deadline = self.root.get_time() + config.rest_limit_s
         while self._speed() > 1e-3 and self.root.get_time() < deadline:
@@ -297,7 +296,7 @@ class _Trial:
             R_GO = flush
         R_GO = rotation_vector_to_matrix([0.0, noise["turn_about_closing"], 0.0]) @ R_GO
         depth = 0.5 * CUBE_EDGE * np.abs(R_GO[2]).sum()
-        drawn_back = RETREAT.max() if depth > 0.6 * CUBE_EDGE else 0.0
+        drawn_back = RETREAT if depth > 0.6 * CUBE_EDGE else 0.0
         # Within the pads' plane; across it the fingers centre the cube.
         return RigidTransform(RotationMatrix(R_GO), [noise["x"], 0.0, noise["y"] + drawn_back])
 

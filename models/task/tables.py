@@ -51,5 +51,23 @@ def action_rows() -> Iterator[tuple[str, ...]]:
         yield (str(index), action.kind.name.lower(), target, str(action))
 
 
+def describe_state(index: int) -> str:
+    """Say a state in words, such as ``free at (0.5, 0), turned (0, 0, 90)°``; *lost* as such.
+
+    The angles are Table 4.1's α, β, γ.
+
+    Raises:
+        ModelError: if the index is out of range.
+    """
+    if index == LOST:
+        return "lost"
+    state = State.from_index(index)
+    x, y, z = POSITIONS[state.position]
+    turned = ", ".join(f"{angle:g}" for angle in ORIENTATION_ANGLES[state.orientation])
+    if state.gripper is None:
+        return f"free at ({x:g}, {y:g}), turned ({turned})°"
+    return f"held at ({x:g}, {y:g}, {z:g}) by {state.gripper}, turned ({turned})°"
+
+
 def _numbers(values: np.ndarray) -> tuple[str, ...]:
     return tuple(f"{value:g}" for value in values)

@@ -1,0 +1,168 @@
+"""A policy played in full physics: station, executor and policy controller, simulated."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
+
+from diagrams.action_executor import ActionExecutor
+from diagrams.policy_controller import Episode, PolicyController, Verdict
+from diagrams.station import Station
+from models.motion import ActionPlanner
+from models.rotations import rotation_z
+from models.task.spaces import LOST, N_FREE, POSITIONS, R_WO, REST_HEIGHT, decode_states
+
+PLACE_SD = 0.003
+"""Of the cube's place on the table at the start [m], in x and y."""
+YAW_SD = 0.05
+"""Of its yaw [rad]."""
+LOOK_PERIOD = 0.2
+"""Simulated time between two looks at an episode from outside [s]."""
+TIME_LIMIT = 300.0
+"""Simulated time after which an episode is cut off [s]."""
+
+
+def start_pose(state: int, rng: np.random.Generator, disturbance: float = 0.0) -> RigidTransform:
+    """X_WO of a free cube in a state, off the cell's centre and orientation as a person puts it.
+
+    Args:
+        state: index of a free state.
+        rng: draws the offset.
+        disturbance: further standard deviation of the place, in x and y [m].
+
+    Raises:
+        ValueError: if the state is not free.
+    """
+    if not 0 <= state < N_FREE:
+        raise ValueError(f"state {state} is not free; give 0…{N_FREE - 1}")
+    position, orientation, _ = decode_states(state)
+    offset = rng.normal(0.0, np.hypot(PLACE_SD, disturbance), 2)
+    R = rotation_z(rng.normal(0.0, YAW_SD)) @ R_WO[int(orientation)]
+    p = np.array([*(POSITIONS[int(position)][:2] + offset), REST_HEIGHT])
+    return RigidTransform(RotationMatrix(R), p)
+
+
+@dataclass(frozen=True)
+class Played:
+    """One episode in physics.
+
+    Attributes:
+        start: index of the state the cube was placed in.
+        episode: what the controller did.
+        seconds: simulated time.
+        postures: the plant's positions at the start and after each action, ``[n, n_q]``.
+        fault: the simulator's message if it failed, which judges nothing; else empty.
+    """
+
+    start: int
+    episode: Episode
+    seconds: float
+    postures: np.ndarray
+    fault: str = ""
+
+    @property
+    def success(self) -> bool:
+        """Whether the goal was reached."""
+        return self.episode.verdict == Verdict.GOAL
+
+
+class PolicyRun:
+    """The whole diagram, built once; `play` runs any number of episodes.
+
+    ::
+
+       ┌──────────────────────────────────────────────────────────────┐
+       │  PolicyController ──request──► ActionExecutor ──commands──►   │
+       │        ▲    ▲                      │       ▲        Station   │
+       │        │    └──────execution───────┘       │           │      │
+       │        └──────────task.state───────────────┴───────────┘      │
+       └──────────────────────────────────────────────────────────────┘
+    """
+
+    def __init__(
+        self,
+        action: np.ndarray,
+        planner: ActionPlanner,
+        *,
+        goal_states: np.ndarray,
+        max_actions: int = 20,
+        meshcat: Meshcat | None = None,
+    ) -> None:
+        """Assemble the diagram around a policy's ``action`` table (see `PolicyController`)."""
+        builder = DiagramBuilder()
+        self.station = builder.AddNamedSystem("station", Station(meshcat=meshcat))
+        executor = builder.AddNamedSystem("action_executor", ActionExecutor(planner))
+        self.controller = builder.AddNamedSystem(
+            "policy_controller",
+            PolicyController(
+                action, goal_states=goal_states, lost_state=LOST, max_actions=max_actions
+            ),
+        )
+        task_state = self.station.GetOutputPort("task.state")
+        builder.Connect(task_state, self.controller.GetInputPort("task.state"))
+        builder.Connect(task_state, executor.GetInputPort("task.state"))
+        builder.Connect(
+            self.station.GetOutputPort("object.pose"), executor.GetInputPort("object.pose")
+        )
+        builder.Connect(self.controller.GetOutputPort("request"), executor.GetInputPort("request"))
+        builder.Connect(
+            executor.GetOutputPort("execution"), self.controller.GetInputPort("execution")
+        )
+        for name in ("arm.position_command", "gripper.position_command"):
+            builder.Connect(executor.GetOutputPort(name), self.station.GetInputPort(name))
+        self.diagram = builder.Build()
+
+    def play(
+        self,
+        start: int,
+        rng: np.random.Generator,
+        *,
+        start_time: float = 0.0,
+        disturbance: float = 0.0,
+        progress: Callable[[float, Episode], None] | None = None,
+    ) -> Played:
+        """Place the cube in free state ``start`` and let the policy act until it ends.
+
+        Args:
+            start: index of a free state.
+            rng: draws the cube's true pose in that state.
+            start_time: of the simulation's clock, so that recordings follow one another [s].
+            disturbance: further standard deviation of the cube's place at the start [m].
+            progress: called now and then with the simulated seconds and the episode so far.
+        """
+        simulator = Simulator(self.diagram)
+        root = simulator.get_mutable_context()
+        root.SetTime(start_time)
+        self.station.initialize(root, X_WO=start_pose(start, rng, disturbance))
+        controller_context = self.controller.GetMyContextFromRoot(root)
+
+        def monitor(context: Context) -> EventStatus:
+            del context
+            if self.controller.episode(controller_context).verdict == Verdict.RUNNING:
+                return EventStatus.DidNothing()
+            return EventStatus.ReachedTermination(self.controller, "episode over")
+
+        simulator.set_monitor(monitor)
+        plant = self.station.plant
+        plant_context = plant.GetMyContextFromRoot(root)
+        postures = [plant.GetPositions(plant_context)]
+        fault = ""
+        try:
+            simulator.Initialize()
+            while root.get_time() < start_time + TIME_LIMIT:
+                simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
+                episode = self.controller.episode(controller_context)
+                if len(episode.steps) >= len(postures):
+                    postures.append(plant.GetPositions(plant_context))
+                if progress is not None:
+                    progress(root.get_time() - start_time, episode)
+                if episode.verdict != Verdict.RUNNING:
+                    break
+        except RuntimeError as error:  # Drake reports a failed solver step this way.
+            fault = str(error).splitlines()[0]
+        episode = self.controller.episode(controller_context)
+        return Played(start, episode, root.get_time() - start_time, np.array(postures), fault)

@@ -1,0 +1,193 @@
+"""The trial database: SQLite, append-only, one row a trial (the truth that task data come from)."""
+
+import hashlib
+import json
+import sqlite3
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from diagrams.grasp_trial import Outcome, Pair, TrialConfig, TrialRecord
+from models.errors import ModelError
+from models.task.spaces import Kind
+
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS configuration (
+    id INTEGER PRIMARY KEY CHECK (id = 1),
+    hash TEXT NOT NULL,
+    content TEXT NOT NULL
+);
+CREATE TABLE IF NOT EXISTS trial (
+    configuration TEXT NOT NULL,
+    kind INTEGER NOT NULL,
+    orientation INTEGER NOT NULL,
+    gripper INTEGER NOT NULL,
+    layer INTEGER NOT NULL,
+    repetition INTEGER NOT NULL,
+    outcome TEXT NOT NULL,
+    turn_x REAL NOT NULL, turn_y REAL NOT NULL, turn_z REAL NOT NULL,
+    displacement_x REAL NOT NULL, displacement_y REAL NOT NULL, displacement_z REAL NOT NULL,
+    lift_height REAL NOT NULL,
+    slip REAL NOT NULL,
+    in_hand_rotation REAL NOT NULL,
+    pad_force REAL NOT NULL,
+    opening REAL NOT NULL,
+    speed REAL NOT NULL,
+    noise TEXT NOT NULL,
+    fault TEXT NOT NULL,
+    cpu_s REAL NOT NULL,
+    UNIQUE (configuration, kind, orientation, gripper, layer, repetition)
+);
+"""
+_VECTORS = ("turn", "displacement")
+_PLAIN = (
+    "outcome",
+    "lift_height",
+    "slip",
+    "in_hand_rotation",
+    "pad_force",
+    "opening",
+    "speed",
+    "fault",
+    "cpu_s",
+)
+_KEY = ("kind", "orientation", "gripper", "layer", "repetition")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a database's trials have in common.
+
+    Attributes:
+        trial: how each is run.
+        seed: root of every trial's own seed.
+        description: `models.scene.description_hash` of the simulated models.
+        drake: version of the simulator.
+    """
+
+    trial: TrialConfig
+    seed: int
+    description: str
+    drake: str
+
+    def content(self) -> dict[str, Any]:
+        """Return plain values, as stored."""
+        return json.loads(json.dumps(asdict(self)))
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the content."""
+        return hashlib.sha256(json.dumps(self.content(), sort_keys=True).encode()).hexdigest()
+
+
+class TrialDatabase:
+    """Trials of one campaign on disk; every committed trial survives a kill."""
+
+    def __init__(self, path: Path, campaign: Campaign | None = None) -> None:
+        """Open or create a database.
+
+        Args:
+            path: of the file.
+            campaign: to record trials under; None opens an existing database for reading.
+
+        Raises:
+            ModelError: if the file is no trial database, is missing and ``campaign`` is None,
+                cannot be written, or holds trials of another campaign; the message names what
+                differs.
+        """
+        self.path = Path(path)
+        if campaign is None and not self.path.is_file():
+            raise ModelError(f"{self.path}: no such trial database; make one with 'run'")
+        try:
+            self._connection = sqlite3.connect(self.path)
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            self._connection.executescript(_SCHEMA)
+            stored = self._connection.execute("SELECT content FROM configuration").fetchone()
+            if stored is None:
+                if campaign is None:
+                    raise ModelError(f"{self.path}: holds no campaign; make one with 'run'")
+                with self._connection:
+                    self._connection.execute(
+                        "INSERT INTO configuration VALUES (1, ?, ?)",
+                        (campaign.hash, json.dumps(campaign.content(), sort_keys=True)),
+                    )
+        except sqlite3.Error as error:
+            raise ModelError(f"{self.path}: not usable as a trial database ({error})") from error
+        self.content = json.loads(stored[0]) if stored else campaign.content()  # type: ignore[union-attr]
+        if campaign is not None and campaign.content() != self.content:
+            raise ModelError(f"{self.path}: made with {_difference(self.content, campaign)}")
+        self.hash = hashlib.sha256(json.dumps(self.content, sort_keys=True).encode()).hexdigest()
+
+    def close(self) -> None:
+        """Close the file; further calls fail."""
+        self._connection.close()
+
+    def done(self) -> set[tuple[Pair, int]]:
+        """Trials in the database: pair and repetition."""
+        rows = self._connection.execute(f"SELECT {', '.join(_KEY)} FROM trial")
+        return {(_pair(row), row[4]) for row in rows}
+
+    def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
+        """Commit one trial.
+
+        Raises:
+            ModelError: if that trial is there already, or the file cannot be written.
+        """
+        values: dict[str, Any] = {
+            "configuration": self.hash,
+            "kind": int(pair.kind),
+            "orientation": pair.orientation,
+            "gripper": pair.gripper,
+            "layer": pair.layer,
+            "repetition": repetition,
+            "noise": json.dumps(record.noise),
+        }
+        values |= {name: getattr(record, name) for name in _PLAIN}
+        for name in _VECTORS:
+            values |= {
+                f"{name}_{axis}": value
+                for axis, value in zip("xyz", getattr(record, name), strict=True)
+            }
+        names, marks = ", ".join(values), ", ".join("?" * len(values))
+        try:
+            with self._connection:
+                self._connection.execute(
+                    f"INSERT INTO trial ({names}) VALUES ({marks})", list(values.values())
+                )
+        except sqlite3.Error as error:
+            raise ModelError(f"{self.path}: a trial could not be written ({error})") from error
+
+    def trials(self) -> Iterator[tuple[Pair, int, TrialRecord]]:
+        """Every trial, in the order of its key: what was tried, which repetition, what came out."""
+        vectors = [f"{name}_{axis}" for name in _VECTORS for axis in "xyz"]
+        rows = self._connection.execute(
+            f"SELECT {', '.join((*_KEY, *_PLAIN, *vectors, 'noise'))} FROM trial "
+            f"ORDER BY {', '.join(_KEY)}"
+        )
+        for row in rows:
+            plain = dict(zip(_PLAIN, row[5:], strict=False))
+            plain["outcome"] = Outcome(plain["outcome"])
+            values = row[5 + len(_PLAIN) : -1]
+            yield (
+                _pair(row),
+                row[4],
+                TrialRecord(
+                    **plain, turn=values[:3], displacement=values[3:], noise=json.loads(row[-1])
+                ),
+            )
+
+
+def _pair(row: tuple) -> Pair:
+    return Pair(Kind(row[0]), *row[1:4])
+
+
+def _difference(stored: dict[str, Any], campaign: Campaign) -> str:
+    """Name what two campaigns do not share, in one line."""
+
+    def flat(content: dict[str, Any]) -> dict[str, Any]:
+        return {**{k: v for k, v in content.items() if k != "trial"}, **content.get("trial", {})}
+
+    old, new = flat(stored), flat(campaign.content())
+    changed = [f"{k} = {old.get(k)!r}, not {new.get(k)!r}" for k in new if old.get(k) != new[k]]
+    return "; ".join(changed) + "; take another --database, or the same settings"

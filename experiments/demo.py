@@ -1,0 +1,127 @@
+"""The main job: from task data and a few demonstrations to a policy that the robot plays.
+
+981 demonstrated states, then active learning with advice (thesis Algorithm 4.1) until 8.11 % of
+the states are demonstrated, then the policy in full physics from random starts.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import torch
+
+from experiments.command import Output, execute
+from experiments.grasp_learning import (
+    Assessment,
+    LearningConfig,
+    Teacher,
+    TeacherConfig,
+    assess,
+    learn,
+)
+from experiments.learning_plots import plot_learning, plot_policy
+from experiments.playing import play_episodes, summary
+from experiments.robot_data import SHIPPED_TASK, load_planner
+from experiments.simulate import draw_starts
+from irl.metrics import Share
+from irl.policy import Policy, save_policy
+from irl.task_data import load_task
+
+
+@dataclass(frozen=True)
+class Config:
+    """Learn the grasping task from demonstrations and advice; play it in Drake."""
+
+    task: Path = SHIPPED_TASK
+    """Folder of the task data."""
+    teacher: TeacherConfig = field(default_factory=TeacherConfig)
+    """The simulated demonstrator and expert; the learner never sees their reward or goal."""
+    learning: LearningConfig = field(default_factory=LearningConfig)
+    """Algorithm 4.1's choices."""
+    starts: int = 3
+    """Episodes played in the Drake diagram; 0 plays none."""
+    seed: int = 0
+    """Of every random draw."""
+    out: Path = Path("out/demo")
+    """Folder of the results."""
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Learn, assess, play."""
+    started = perf_counter()
+    # Small matrices: a second thread costs more than it brings, and changes the last bits.
+    torch.set_num_threads(1)
+    task = load_task(config.task)
+    planner = load_planner()
+    teacher = Teacher(task, config.teacher)
+    rng = np.random.default_rng(config.seed)
+
+    learnt = learn(task, teacher, config.learning, rng)
+    policy = Policy.from_q(
+        learnt.result.q,
+        task.model.mask,
+        weights=learnt.result.network.arrays(),
+        task_hash=task.task_hash,
+        algorithm="fa_mlirl",
+        seed=config.seed,
+    )
+    with output.file("policy.safetensors") as path:
+        save_policy(policy, path)
+    assessment = assess(task, teacher, policy, learnt, rng)
+    with output.file("learning.png") as path:
+        plot_learning(learnt, assessment, path)
+    with output.file("policy.png") as path:
+        plot_policy(task, policy, teacher, path)
+    learnt_s = perf_counter() - started
+
+    physics: dict[str, Any] = {"successes": 0, "trials": 0, "episodes": []}
+    if config.starts:
+        starts = draw_starts(task.start_states, task.goal_states, config.starts, config.seed)
+        played = play_episodes(
+            policy.action, planner, task.goal_states, starts, seed=config.seed, output=output
+        )
+        physics = summary(played)
+
+    print_table(assessment, physics, output.folder)
+    return {
+        **assessment.as_dict(),
+        "success_drake": {key: physics[key] for key in ("successes", "trials")},
+        "episodes": physics["episodes"],
+        "queries": len(learnt.result.history),
+        "advised_clusters": [record.cluster for record in learnt.result.history if record.cluster],
+        "rules": learnt.rules,
+        "rule_purity": learnt.purity,
+        "evidence": learnt.evidence,
+        "learning_s": learnt_s,
+        "wall_s": perf_counter() - started,
+        "recording": "recording.html" if config.starts else None,
+    }
+
+
+def print_table(assessment: Assessment, physics: dict[str, Any], folder: Path) -> None:
+    """Print the figures with their 95 % intervals."""
+
+    def share(value: Share) -> str:
+        low, high = value.interval
+        return f"{value.value:6.1%}   [{low:.1%}, {high:.1%}]"
+
+    rows = [
+        ("states demonstrated", f"{assessment.demonstrated_fraction:6.2%}"),
+        ("accuracy, demonstrator's action", share(assessment.accuracy_strict)),
+        ("accuracy, as good an action", share(assessment.accuracy_optimal)),
+        ("  over all unseen states", share(assessment.accuracy_optimal_all)),
+        ("success in the model", f"{assessment.success_mdp:6.1%}"),
+        ("  the demonstrator's own", f"{assessment.success_mdp_oracle:6.1%}"),
+    ]
+    if physics["trials"]:
+        won = Share(physics["successes"], physics["trials"])
+        rows.append((f"success in physics, {won.successes} of {won.trials}", share(won)))
+    width = max(len(name) for name, _ in rows)
+    print("\n".join(f"{name:<{width}}  {value}" for name, value in rows))
+    print(f"results in {folder}")
+
+
+if __name__ == "__main__":
+    execute(Config, main)

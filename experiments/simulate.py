@@ -1,0 +1,80 @@
+"""Play a learned policy in the Drake diagram, from random starts."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.command import Output, execute
+from experiments.playing import play_episodes, summary
+from experiments.robot_data import SHIPPED_TASK, load_planner
+from irl.errors import InputError
+from irl.policy import load_policy
+from irl.task_data import load_task
+
+
+@dataclass(frozen=True)
+class Config:
+    """Play a learned policy in the Drake diagram, from random starts."""
+
+    policy: Path = Path("out/demo/policy.safetensors")
+    """Policy file; it must be for the task data given."""
+    task: Path = SHIPPED_TASK
+    """Folder of the task data."""
+    starts: int = 3
+    """Number of starts, drawn among the task's free states without repetition."""
+    disturbance: float = 0.0
+    """Further standard deviation of the cube's place at the start [m]."""
+    max_actions: int = 20
+    """Actions after which an episode ends."""
+    seed: int = 0
+    """Of the starts and of the cube's true poses."""
+    out: Path = Path("out/simulate")
+    """Folder of the results."""
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Load, draw starts, play, count."""
+    task = load_task(config.task)
+    policy = load_policy(config.policy, task.task_hash)
+    starts = draw_starts(task.start_states, task.goal_states, config.starts, config.seed)
+    if not 0.0 <= config.disturbance < np.inf:
+        raise InputError(f"--disturbance {config.disturbance}: give a distance of 0 or more metres")
+    if config.max_actions < 1:
+        raise InputError(f"--max-actions {config.max_actions}: give 1 or more")
+    played = play_episodes(
+        policy.action,
+        load_planner(),
+        task.goal_states,
+        starts,
+        seed=config.seed,
+        disturbance=config.disturbance,
+        max_actions=config.max_actions,
+        output=output,
+    )
+    result = summary(played)
+    for episode in result["episodes"]:
+        print(f"{episode['start']}: {episode['verdict']}")
+        for action in episode["actions"]:
+            print(f"    {action}")
+    print(f"{result['successes']} of {result['trials']} starts reached the goal")
+    return {**result, "recording": "recording.html"}
+
+
+def draw_starts(
+    start_states: np.ndarray, goal_states: np.ndarray, number: int, seed: int
+) -> np.ndarray:
+    """Draw start states that are not goals, without repetition.
+
+    Raises:
+        InputError: if there are fewer than ``number``, or none is wanted.
+    """
+    pool = np.setdiff1d(start_states, goal_states)
+    if not 1 <= number <= pool.size:
+        raise InputError(f"--starts {number}: give 1 to {pool.size}, the task's start states")
+    return np.random.default_rng(seed).choice(pool, number, replace=False)
+
+
+if __name__ == "__main__":
+    execute(Config, main)

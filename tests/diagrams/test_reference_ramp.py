@@ -1,0 +1,27 @@
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from diagrams.reference_ramp import ReferenceRamp
+
+
+def run(seconds, command, start):
+    ramp = ReferenceRamp(2, speed=0.5, period=0.01)
+    simulator = Simulator(ramp)
+    context = simulator.get_mutable_context()
+    ramp.set_reference(context, np.array(start))
+    ramp.get_input_port().FixValue(context, command)
+    simulator.AdvanceTo(seconds)
+    return ramp.get_output_port().Eval(context)
+
+
+def test_moves_at_its_speed_and_tells_its_velocity():
+    position, velocity = np.split(run(1.0, [2.0, -2.0], [0.0, 0.0]), 2)
+    assert position == pytest.approx([0.5, -0.5], abs=0.011)
+    assert velocity == pytest.approx([0.5, -0.5])
+
+
+def test_arrives_and_rests_exactly_on_the_command():
+    position, velocity = np.split(run(1.0, [0.3, 0.1], [0.2, 0.1]), 2)
+    assert position == pytest.approx([0.3, 0.1], abs=1e-15)
+    assert velocity == pytest.approx([0.0, 0.0], abs=1e-12)

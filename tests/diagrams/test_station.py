@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+
+from diagrams.gripper_controller import GRIP_FORCE
+from diagrams.station import Station
+from models.kinematics import HOME
+from models.task.spaces import GOAL_STATE
+
+CUBE_ASIDE = RigidTransform([0.5, 0.0, 0.52])
+
+
+@pytest.fixture(scope="module")
+def station():
+    return Station()
+
+
+def started(station, arm=HOME, width=0.085, command=None):
+    simulator = Simulator(station)
+    root = simulator.get_mutable_context()
+    station.initialize(root, X_WO=CUBE_ASIDE, q=arm, width=width)
+    station.GetInputPort("arm.position_command").FixValue(root, arm)
+    station.GetInputPort("gripper.position_command").FixValue(
+        root, [width if command is None else command]
+    )
+    return simulator, root
+
+
+def measured(station, root, name):
+    return station.GetOutputPort(name).Eval(root)
+
+
+def test_ports_bear_the_names_that_hardware_would(station):
+    inputs = {station.get_input_port(i).get_name() for i in range(station.num_input_ports())}
+    outputs = {station.get_output_port(i).get_name() for i in range(station.num_output_ports())}
+    assert inputs == {"arm.position_command", "gripper.position_command"}
+    assert outputs >= {
+        "arm.position_measured",
+        "arm.velocity_measured",
+        "gripper.position_measured",
+        "gripper.force_measured",
+        "object.pose",
+        "task.state",
+    }
+
+
+def test_holds_still_when_told_to(station):
+    simulator, root = started(station)
+    simulator.AdvanceTo(0.3)
+    assert measured(station, root, "arm.position_measured") == pytest.approx(HOME, abs=1e-6)
+    assert measured(station, root, "arm.velocity_measured") == pytest.approx(np.zeros(7), abs=1e-4)
+    assert measured(station, root, "gripper.position_measured") == pytest.approx([0.085], abs=1e-4)
+    assert measured(station, root, "task.state") == [GOAL_STATE]
+    assert measured(station, root, "object.pose").translation() == pytest.approx(
+        CUBE_ASIDE.translation(), abs=1e-4
+    )
+
+
+def test_arm_and_gripper_follow_their_commands(station):
+    simulator, root = started(station, command=0.02)
+    station.GetInputPort("arm.position_command").FixValue(root, HOME + 0.01)
+    simulator.AdvanceTo(1.6)
+    assert measured(station, root, "arm.position_measured") == pytest.approx(HOME + 0.01, abs=1e-4)
+    assert measured(station, root, "gripper.position_measured") == pytest.approx([0.02], abs=2e-4)
+
+
+def test_a_closed_gripper_stops_at_its_end_without_grip_force(station):
+    simulator, root = started(station, width=0.01, command=0.0)
+    simulator.AdvanceTo(0.5)
+    assert measured(station, root, "gripper.position_measured")[0] < 0.003
+    assert abs(measured(station, root, "gripper.force_measured")[0]) < 0.25 * GRIP_FORCE

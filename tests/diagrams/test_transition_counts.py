@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+
+from diagrams.grasp_trial import Outcome, Pair, TrialRecord
+from diagrams.transition_counts import Evidence, count_pairs, transition_entries
+from models.task.pairs import nominal_pairs
+from models.task.spaces import (
+    LOST,
+    N_ACTIONS,
+    N_STATES,
+    Action,
+    Kind,
+    State,
+)
+from models.task.symmetry import symmetry_classes
+
+CLASSES = symmetry_classes()
+QUARTER = (0.0, 0.0, np.pi / 2)
+GRASP, DROP = Pair(Kind.GRASP, 0, 10), Pair(Kind.DROP, 0, 10, 0)
+
+
+@pytest.fixture(scope="module")
+def feasible():
+    mask = np.zeros((N_STATES + 1, N_ACTIONS), dtype=bool)
+    mask[:N_STATES] = nominal_pairs()
+    return mask
+
+
+def entries(feasible, *records, pair=GRASP):
+    trials = [(pair, number, record) for number, record in enumerate(records)]
+    return transition_entries(feasible, trials, CLASSES)
+
+
+def outcomes(found, state, action):
+    here = (found.state == state.index) & (found.action == action.index)
+    return {
+        int(s): (float(p), int(n), int(e))
+        for s, p, n, e in zip(
+            found.next_state[here],
+            found.probability[here],
+            found.count[here],
+            found.evidence[here],
+            strict=True,
+        )
+    }
+
+
+HELD, FAILED = TrialRecord(Outcome.HELD), TrialRecord(Outcome.FREE)
+
+
+def test_every_feasible_pair_has_probabilities_that_sum_to_one(feasible):
+    found = entries(feasible, HELD, HELD, FAILED)
+    pair = found.state.astype(np.int64) * N_ACTIONS + found.action
+    total = np.bincount(pair, found.probability, minlength=feasible.size)
+    assert total[feasible.ravel()] == pytest.approx(1.0)
+    assert not total[~feasible.ravel()].any()
+
+
+def test_the_tried_pair_is_measured_and_its_class_follows_by_symmetry(feasible):
+    found = entries(feasible, HELD, HELD, FAILED)
+    middle, grasp = State(8, 0), Action(Kind.GRASP, 10)
+    expected = {
+        State(8, 0, 10).index: (pytest.approx(2 / 3), 2, Evidence.MEASURED),
+        middle.index: (pytest.approx(1 / 3), 1, Evidence.MEASURED),
+    }
+    assert outcomes(found, middle, grasp) == expected
+    # A quarter turn of the gripper and another face up: the same physics.
+    kin = outcomes(found, State(0, 8), Action(Kind.GRASP, 12))
+    assert kin[State(0, 8, 12).index] == (pytest.approx(2 / 3), 2, Evidence.KERNEL)
+    # Half of a right angle is another class, without trials.
+    other = outcomes(found, middle, Action(Kind.GRASP, 11))
+    assert other == {State(8, 0, 11).index: (1.0, 0, Evidence.ESTIMATED)}
+
+
+def test_a_turn_measured_in_one_frame_is_carried_to_another(feasible):
+    tipped = TrialRecord(Outcome.FREE, turn=(0.0, np.pi / 2, 0.0), displacement=(0.04, 0.0, -0.03))
+    found = entries(feasible, tipped, pair=DROP)
+    drop = Action(Kind.DROP)
+    # The gripper's y axis, about which the cube tipped, turns with the gripper by 90°.
+    (here,) = outcomes(found, State(8, 0, 10), drop)
+    assert here == State(14, 40).index
+    there = outcomes(found, State(8, 0, 12), drop)
+    # Several scene maps lead there, but one trial takes one of them.
+    assert len(there) == 1
+    after = State.from_index(next(iter(there)))
+    assert after.orientation in {8, 32}
+    assert after.position in {8}
+
+
+def test_what_leaves_the_grid_is_lost(feasible):
+    far = TrialRecord(Outcome.FREE, displacement=(0.2, 0.0, -0.03))
+    found = entries(feasible, far, pair=DROP)
+    assert list(outcomes(found, State(8, 0, 10), Action(Kind.DROP))) == [LOST]
+
+
+def test_faults_judge_nothing(feasible):
+    found = entries(feasible, HELD, TrialRecord(Outcome.FAULT, fault="solver"))
+    held = outcomes(found, State(8, 0), Action(Kind.GRASP, 10))
+    assert held == {State(8, 0, 10).index: (1.0, 1, Evidence.MEASURED)}
+
+
+def test_pairs_are_counted_by_evidence(feasible):
+    counts = count_pairs(entries(feasible, HELD))
+    members = int(CLASSES.n_members[CLASSES.pair_class[0, 10]])
+    assert counts["grasp"]["measured"] == 1
+    assert counts["grasp"]["kernel"] == 9 * members - 1
+    assert counts["rotate"]["measured"] + counts["rotate"]["kernel"] == 0
+    assert sum(sum(row.values()) for row in counts.values()) == feasible.sum()
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0)])
+def test_the_order_of_trials_does_not_matter(feasible, order):
+    records = [HELD, FAILED, TrialRecord(Outcome.HELD, turn=QUARTER)]
+    shuffled = [(GRASP, number, records[number]) for number in order]
+    found = transition_entries(feasible, shuffled, CLASSES)
+    straight = entries(feasible, *records)
+    assert all(np.array_equal(a, b) for a, b in zip(found, straight, strict=True))

@@ -1,0 +1,47 @@
+from dataclasses import replace
+
+import pytest
+
+from diagrams.grasp_trial import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trial_database import Campaign, TrialDatabase
+from models.errors import ModelError
+from models.task.spaces import Kind
+
+CAMPAIGN = Campaign(TrialConfig(), seed=0, description="d", drake="1")
+PAIR = Pair(Kind.DROP, 3, 5, 1)
+RECORD = TrialRecord(
+    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise={"x": 0.1}
+)
+
+
+def test_what_goes_in_comes_out_to_the_last_bit(tmp_path):
+    TrialDatabase(tmp_path / "t.db", CAMPAIGN).add(PAIR, 4, RECORD)
+    database = TrialDatabase(tmp_path / "t.db")
+    assert list(database.trials()) == [(PAIR, 4, RECORD)]
+    assert database.done() == {(PAIR, 4)}
+
+
+def test_a_trial_is_taken_once(tmp_path):
+    database = TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    database.add(PAIR, 0, RECORD)
+    with pytest.raises(ModelError, match="could not be written"):
+        database.add(PAIR, 0, RECORD)
+    assert len(list(database.trials())) == 1
+
+
+def test_another_campaign_is_refused_by_what_changed(tmp_path):
+    TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    other = replace(CAMPAIGN, seed=1, trial=TrialConfig(tilt_sd=0.5))
+    with pytest.raises(ModelError) as error:
+        TrialDatabase(tmp_path / "t.db", other)
+    assert "seed = 0, not 1" in str(error.value)
+    assert "tilt_sd = 0.02, not 0.5" in str(error.value)
+    assert "mass" not in str(error.value)
+
+
+@pytest.mark.parametrize("content", [b"not a database, but long enough to be one" * 30, None])
+def test_no_database_is_no_database(tmp_path, content):
+    if content is not None:
+        (tmp_path / "t.db").write_bytes(content)
+    with pytest.raises(ModelError, match=r"t\.db"):
+        TrialDatabase(tmp_path / "t.db")

@@ -124,6 +124,8 @@ class TrialRecord:
         return asdict(self)
 
 
+MODEL_FILES = ("table.sdf", "gantry.urdf", "robotiq_2f_85.urdf", "cube.sdf")
+"""What a trial's scene consists of."""
 COLUMN = np.array([0.55, 0.0])
 """Where trials happen: x, y of the table's middle [m]. The place does not matter (5.9.1)."""
 FLUSH_LIMIT = np.radians(22.5)
@@ -150,7 +152,7 @@ class TrialRig:
         builder = DiagramBuilder()
         plant, self._scene_graph = AddMultibodyPlantSceneGraph(builder, self.config.time_step)
         use_grasp_contact(plant)
-        add_models(plant, "table.sdf", "gantry.urdf", "robotiq_2f_85.urdf", "cube.sdf")
+        add_models(plant, *MODEL_FILES)
         table = RigidTransform([*COLUMN, 0.5])
         plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table"), table)
         plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("rail"))

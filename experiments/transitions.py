@@ -6,6 +6,7 @@
 
 import importlib.metadata
 import platform
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache
@@ -18,7 +19,7 @@ import numpy as np
 import tyro
 from tqdm import tqdm
 
-from diagrams.grasp_trial import Outcome, Pair, TrialConfig, TrialRecord, TrialRig
+from diagrams.grasp_trial import MODEL_FILES, Outcome, Pair, TrialConfig, TrialRecord, TrialRig
 from diagrams.transition_counts import TransitionEntries, count_pairs, transition_entries
 from diagrams.trial_database import Campaign, TrialDatabase
 from experiments.command import Output, execute
@@ -32,7 +33,7 @@ from models.task.features import rotation_features, thesis_features
 from models.task.generalisation import RULES, generalisation_groups
 from models.task.spaces import GOAL_STATE, GRID_Z, LOST, N_FREE, Kind
 from models.task.symmetry import symmetry_classes
-from models.task.tables import action_rows, state_rows
+from models.task.tables import ACTION_COLUMNS, STATE_COLUMNS, action_rows, state_rows
 
 DATABASE = Path("out/transitions/trials.db")
 
@@ -91,12 +92,14 @@ Config = (
 def main(config: Run | Status | Export, output: Output) -> dict[str, Any]:
     """Tell one of the three stories."""
     if isinstance(config, Run):
-        campaign = Campaign(config.trial, config.seed, description_hash(), _version("drake"))
+        campaign = Campaign(
+            config.trial, config.seed, description_hash(MODEL_FILES), _version("drake")
+        )
         database = TrialDatabase(config.database, campaign)
         run_trials(database, planned_pairs(), config)
     else:
         database = TrialDatabase(config.database)
-    entries = transition_entries(load_feasibility().mask, database.trials(), symmetry_classes())
+    entries = transition_entries(load_feasibility().mask(), database.trials(), symmetry_classes())
     result = coverage(database, entries)
     with output.file("coverage.png") as path:
         plot_coverage(entries, path)
@@ -182,12 +185,12 @@ def coverage(database: TrialDatabase, entries: TransitionEntries) -> dict[str, A
 
 def task_data(database: TrialDatabase, entries: TransitionEntries) -> TaskData:
     """Gather everything `irl` needs of the grasping task."""
-    feasible = load_feasibility().mask
+    feasible = load_feasibility().mask()
     preferences = state_preferences(entries.state, entries.next_state)
     return TaskData(
         name="grasp",
-        states=[_without_index(row) for row in state_rows()],
-        actions=[_without_index(row) for row in action_rows()],
+        states=_table(STATE_COLUMNS, state_rows()),
+        actions=_table(ACTION_COLUMNS, action_rows()),
         transitions=Transitions(*entries),
         goal_states=np.array([GOAL_STATE]),
         start_states=np.arange(N_FREE),
@@ -207,8 +210,10 @@ def task_data(database: TrialDatabase, entries: TransitionEntries) -> TaskData:
     )
 
 
-def _without_index(row: dict[str, str]) -> dict[str, str]:
-    return {key: value for key, value in row.items() if key != "index"}
+def _table(columns: Iterable[str], rows: Iterable[tuple[str, ...]]) -> list[dict[str, str]]:
+    """Rows by column name; the index is the place in the list."""
+    table = [dict(zip(columns, row, strict=True)) for row in rows]
+    return [{name: value for name, value in row.items() if name != "index"} for row in table]
 
 
 def _version(package: str) -> str:

@@ -1,20 +1,23 @@
-"""Forward and inverse kinematics of the Gen3 with its 2F-85, and its distance to everything.
+"""Forward kinematics of the Gen3 with its 2F-85, and its distance to everything.
 
 One `PlanningScene` holds a plant with the robot, box and table; the arm's seven joint angles
 are the only freedom, the fingers stand at a given opening, and the cube is absent, an obstacle
-at a given pose, or carried. Drake's optimiser proposes configurations; forward kinematics,
-joint limits and the distance query, evaluated afresh, decide.
+at a given pose, or carried. Whatever plans asks it for the verdict.
 """
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
-from pydrake.geometry import CollisionFilterDeclaration, Cylinder, GeometrySet
+from pydrake.geometry import (
+    CollisionFilterDeclaration,
+    Cylinder,
+    GeometryId,
+    GeometrySet,
+    SignedDistancePair,
+)
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
-from pydrake.solvers import SnoptSolver, SolverOptions
+from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from models import gripper
@@ -23,22 +26,12 @@ from models.scene import ARM, GRIPPER, add_models
 HOME = np.array([0.0, 0.26, np.pi, -2.27, 0.0, 0.96, np.pi / 2])
 """The vendor's home posture [rad]: elbow up, gripper before the robot."""
 
-POSITION_TOLERANCE = 1e-5
-"""Largest position error of an answer [m]."""
-ANGLE_TOLERANCE = 1e-5
-"""Largest rotation error of an answer [rad]."""
+MARGIN = 0.002
+"""Smallest distance between bodies that planning allows [m]."""
+CUBE_WIDTH = 0.04
+"""Distance of the fingers that hold the cube [m]."""
 
 _AWAY = RigidTransform([0.0, 0.0, -5.0])
-# Points fixed in G whose coincidence with their targets fixes the whole pose; well apart, so
-# that the optimiser's feasibility tolerance bounds the angle as tightly as the position.
-_LANDMARKS = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0]])
-
-
-class Failure(StrEnum):
-    """Why no configuration is returned; none of them proves that none exists."""
-
-    NOT_FOUND = "not found"
-    COLLISION = "collision"
 
 
 @dataclass(frozen=True)
@@ -54,80 +47,62 @@ class Clearance:
     bodies: tuple[str, str] | None
 
 
-@dataclass(frozen=True)
-class IkSolution:
-    """The answer to one inverse-kinematics question.
-
-    Attributes:
-        q: joint angles ``[7]`` [rad], None if there is no answer.
-        clearance: clearance of ``q``, or of the best rejected candidate.
-        failure: None on success.
-        attempts: starting points tried.
-    """
-
-    q: np.ndarray | None
-    clearance: Clearance | None
-    failure: Failure | None
-    attempts: int
-
-
 class PlanningScene:
     """Robot, box and table for kinematics and distance queries; no dynamics."""
 
-    def __init__(self, *, carrying: bool = False, width: float | None = None) -> None:
-        """Build the plant.
+    def __init__(self, *, carrying: bool = False) -> None:
+        """Build the plant, with the cube out of the way.
 
         Args:
-            carrying: a cylinder about the closing axis stands for the cube in the hand: it
-                contains the cube however that is turned between the pads.
-            width: opening of the fingers [m]; default 40 mm when carrying, else open.
+            carrying: the fingers stand 40 mm apart, and a cylinder about the closing axis
+                stands for the cube between them: it contains the cube however that is turned
+                between the pads. Otherwise the hand is empty and open.
         """
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
         add_models(self.plant, "station.dmd.yaml")
-        tcp = self.plant.GetFrameByName("tcp")
-        if carrying:
-            X_GC = RigidTransform(RotationMatrix.MakeXRotation(np.pi / 2))
-            carried = self.plant.RegisterCollisionGeometry(
-                tcp.body(),
-                tcp.GetFixedPoseInBodyFrame() @ X_GC,
-                Cylinder(radius=0.02 * np.sqrt(2.0), length=0.04),
-                "carried_cube",
-                CoulombFriction(0.0, 0.0),
-            )
-            hand = self.plant.GetBodyIndices(self.plant.GetModelInstanceByName(GRIPPER))
-            fingers = self.plant.CollectRegisteredGeometries(
-                [self.plant.get_body(index) for index in hand]
-            )
-            scene_graph.collision_filter_manager().Apply(
-                CollisionFilterDeclaration().ExcludeBetween(GeometrySet(carried), fingers)
-            )
-        self.plant.Finalize()
-        self._diagram = builder.Build()
-        self._root = self._diagram.CreateDefaultContext()
-        self.context = self.plant.GetMyMutableContextFromRoot(self._root)
-        self._query_port = self.plant.get_geometry_query_input_port()
-        self._inspector = scene_graph.model_inspector()
+        self._tcp = self.plant.GetFrameByName("tcp")
         self._arm = self.plant.GetModelInstanceByName(ARM)
         self._cube = self.plant.GetBodyByName("cube")
-        self._tcp = tcp
+        hand = self.plant.GetModelInstanceByName(GRIPPER)
+        self._inspector = scene_graph.model_inspector()
+        self._filter = scene_graph.collision_filter_manager()
+        if carrying:
+            self._add_carried_cube(hand)
+        self.plant.Finalize()
+        self._query_port = self.plant.get_geometry_query_input_port()
+        fixed = [self._cube, *self.plant.GetBodiesWeldedTo(self.plant.world_body())]
+        self._fixed = {body.index() for body in fixed}
+        # Where the cube lies is no concern of the robot's.
+        standing = self.plant.CollectRegisteredGeometries(fixed)
+        self._filter.Apply(CollisionFilterDeclaration().ExcludeWithin(standing))
+        welded = self.plant.GetBodiesWeldedTo(self._tcp.body())
+        self._hand = {body.index() for body in welded} | set(self.plant.GetBodyIndices(hand))
 
         joints = [self.plant.GetJointByName(f"joint_{i}", self._arm) for i in range(1, 8)]
-        self._arm_index = np.array([joint.position_start() for joint in joints])
+        self.arm_index = np.array([joint.position_start() for joint in joints])
         self.lower = np.array([joint.position_lower_limits()[0] for joint in joints])
         self.upper = np.array([joint.position_upper_limits()[0] for joint in joints])
         self.velocity_limit = np.array([joint.velocity_upper_limits()[0] for joint in joints])
+        self.continuous = np.isinf(self.lower)
+        self._velocity_index = np.array([joint.velocity_start() for joint in joints])
 
-        hand = self.plant.GetModelInstanceByName(GRIPPER)
-        width = (0.04 if carrying else gripper.MAX_OPENING) if width is None else width
-        angles = gripper.joint_positions(float(gripper.knuckle_angle(width)))
+        self._diagram = builder.Build()
+        self._root = self._diagram.CreateDefaultContext()
+        self.context = self.plant.GetMyMutableContextFromRoot(self._root)
+        self.place_cube(None)
+        for index in self.plant.GetJointIndices(self._cube.model_instance()):
+            self.plant.get_joint(index).Lock(self.context)
+        self.open_to(CUBE_WIDTH if carrying else gripper.MAX_OPENING)
+
+    def open_to(self, width: float) -> None:
+        """Stand the fingers ``width`` [m] apart."""
+        angles = gripper.joint_positions(float(gripper.knuckle_angle(np.array(width))))
         for name, angle in zip(gripper.JOINTS, angles, strict=True):
-            joint = self.plant.GetJointByName(name, hand)
+            joint = self.plant.GetJointByName(name, self._tcp.body().model_instance())
+            joint.Unlock(self.context)
             joint.set_angle(self.context, angle)
             joint.Lock(self.context)
-        for index in self.plant.GetJointIndices(self.plant.GetModelInstanceByName("cube")):
-            self.plant.get_joint(index).Lock(self.context)
-        self.place_cube(None)
 
     def place_cube(self, X_WO: RigidTransform | None) -> None:
         """Put the cube, as an obstacle, at ``X_WO``; None takes it out of the way."""
@@ -140,22 +115,28 @@ class PlanningScene:
 
     def clearance(self, q: np.ndarray, limit: float = 0.05) -> Clearance:
         """Smallest signed distance [m] at ``q [7]`` between any two bodies that may collide."""
-        self._set(q)
-        query = self._query_port.Eval(self.context)
-        pairs = query.ComputeSignedDistancePairwiseClosestPoints(limit)
+        pairs = self._pairs(q, limit)
         if not pairs:
             return Clearance(limit, None)
         nearest = min(pairs, key=lambda pair: pair.distance)
-        return Clearance(nearest.distance, (self._name(nearest.id_A), self._name(nearest.id_B)))
+        names = [self._body(i).scoped_name().get_full() for i in (nearest.id_A, nearest.id_B)]
+        return Clearance(nearest.distance, (names[0], names[1]))
 
-    def is_free(self, q: np.ndarray, margin: float) -> bool:
+    def is_free(self, q: np.ndarray, margin: float = MARGIN) -> bool:
         """Whether every distance at ``q [7]`` is above ``margin`` [m]."""
+        return not self._pairs(q, margin)
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """``[6, 7]``: G's angular and linear velocity in the world [rad/s, m/s] per joint rate."""
         self._set(q)
-        query = self._query_port.Eval(self.context)
-        return not query.ComputeSignedDistancePairwiseClosestPoints(margin)
+        world = self.plant.world_frame()
+        J = self.plant.CalcJacobianSpatialVelocity(
+            self.context, JacobianWrtVariable.kV, self._tcp, np.zeros(3), world, world
+        )
+        return J[:, self._velocity_index]
 
     def error(self, q: np.ndarray, X_WG: RigidTransform) -> tuple[float, float]:
-        """Position [m] and rotation [rad] error of ``q`` against ``X_WG``, by forward kinematics."""
+        """Position [m] and rotation [rad] error of ``q [7]`` against ``X_WG``."""
         X = self.forward(q)
         skew = X_WG.rotation().matrix().T @ X.rotation().matrix()
         sine = np.linalg.norm(skew - skew.T) / (2.0 * np.sqrt(2.0))
@@ -166,76 +147,45 @@ class PlanningScene:
         """Whether ``q [7]`` respects the position limits."""
         return bool((q >= self.lower).all() and (q <= self.upper).all())
 
-    def solve(
-        self,
-        X_WG: RigidTransform,
-        *,
-        seed: np.ndarray = HOME,
-        margin: float = 0.005,
-        attempts: int = 20,
-        rng: np.random.Generator | None = None,
-    ) -> IkSolution:
-        """Find joint angles that reach ``X_WG`` with every distance above ``margin``.
+    def wind(self, q: np.ndarray, towards: np.ndarray) -> np.ndarray:
+        """``q [..., 7]`` with its endless joints within half a turn of ``towards``."""
+        turns = np.round((q - towards) / (2.0 * np.pi))
+        return np.where(self.continuous, q - 2.0 * np.pi * turns, q)
 
-        Args:
-            X_WG: wanted pose of the tool centre point.
-            seed: ``[7]`` [rad]; the answer is drawn towards it.
-            margin: smallest allowed distance [m].
-            attempts: starting points; the first is ``seed``, the others need ``rng``.
-            rng: source of the further starting points; None tries ``seed`` only.
-        """
-        best: Clearance | None = None
-        starts = attempts if rng is not None else 1
-        for attempt in range(starts):
-            start = seed
-            if attempt and rng is not None:
-                start = seed + rng.normal(0.0, min(0.3 * attempt, 1.5), 7)
-                start = np.clip(start, self.lower, self.upper)
-            # Few poses need the distance constraint, which costs ten times the rest.
-            for with_margin in (False, True):
-                q = self._optimise(X_WG, start, seed, margin if with_margin else None)
-                if q is None:
-                    break
-                start = q
-                clearance = self.clearance(q)
-                if clearance.distance >= margin:
-                    return IkSolution(q, clearance, None, attempt + 1)
-                if best is None or clearance.distance > best.distance:
-                    best = clearance
-        failure = Failure.NOT_FOUND if best is None else Failure.COLLISION
-        return IkSolution(None, best, failure, starts)
+    def hand_is_blocked(self, q: np.ndarray, margin: float) -> bool:
+        """Whether hand and furniture are too near: then they are at any ``q`` of this pose."""
+        return any(
+            (a in self._hand and b in self._fixed) or (b in self._hand and a in self._fixed)
+            for a, b in (
+                (self._body(pair.id_A).index(), self._body(pair.id_B).index())
+                for pair in self._pairs(q, margin)
+            )
+        )
+
+    def _add_carried_cube(self, hand: ModelInstanceIndex) -> None:
+        """Weld a cylinder that contains the cube, however turned, between the fingers."""
+        X_GC = RigidTransform(RotationMatrix.MakeXRotation(np.pi / 2))
+        carried = self.plant.RegisterCollisionGeometry(
+            self._tcp.body(),
+            self._tcp.GetFixedPoseInBodyFrame() @ X_GC,
+            Cylinder(radius=CUBE_WIDTH / np.sqrt(2.0), length=CUBE_WIDTH),
+            "carried_cube",
+            CoulombFriction(0.0, 0.0),
+        )
+        fingers = [self.plant.get_body(index) for index in self.plant.GetBodyIndices(hand)]
+        self._filter.Apply(
+            CollisionFilterDeclaration().ExcludeBetween(
+                GeometrySet(carried), self.plant.CollectRegisteredGeometries(fingers)
+            )
+        )
+
+    def _pairs(self, q: np.ndarray, limit: float) -> list[SignedDistancePair]:
+        self._set(q)
+        query = self._query_port.Eval(self.context)
+        return query.ComputeSignedDistancePairwiseClosestPoints(limit)
 
     def _set(self, q: np.ndarray) -> None:
         self.plant.SetPositions(self.context, self._arm, q)
 
-    def _name(self, geometry_id) -> str:
-        body = self.plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry_id))
-        return body.scoped_name().get_full()
-
-    def _optimise(
-        self, X_WG: RigidTransform, start: np.ndarray, seed: np.ndarray, margin: float | None
-    ) -> np.ndarray | None:
-        """Run SNOPT once; return its answer only if forward kinematics and limits confirm it."""
-        ik = InverseKinematics(self.plant, self.context)
-        for p_GL in _LANDMARKS:
-            p_WL = X_WG @ p_GL
-            ik.AddPositionConstraint(self._tcp, p_GL, self.plant.world_frame(), p_WL, p_WL)
-        if margin is not None:
-            ik.AddMinimumDistanceLowerBoundConstraint(margin + 1e-4, 0.03)
-        program, variables = ik.prog(), ik.q()
-        program.AddQuadraticErrorCost(np.eye(7), seed, variables[self._arm_index])
-        guess = self.plant.GetPositions(self.context).copy()
-        guess[self._arm_index] = start
-        result = SnoptSolver().Solve(program, guess, _OPTIONS)
-        q = result.GetSolution(variables)[self._arm_index]
-        # SNOPT may step over a bound by its tolerance.
-        q = np.clip(q, self.lower, self.upper)
-        position, angle = self.error(q, X_WG)
-        if position > POSITION_TOLERANCE or angle > ANGLE_TOLERANCE or not self.within_limits(q):
-            return None
-        return q
-
-
-_OPTIONS = SolverOptions()
-_OPTIONS.SetOption(SnoptSolver.id(), "Major feasibility tolerance", 1e-8)
-_OPTIONS.SetOption(SnoptSolver.id(), "Major iterations limit", 200)
+    def _body(self, geometry: GeometryId) -> RigidBody:
+        return self.plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))

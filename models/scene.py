@@ -1,6 +1,7 @@
 """Plants from the model files: parsing, strict, by ``package://active_advice_irl`` URIs."""
 
 import hashlib
+from collections.abc import Iterable
 from pathlib import Path
 
 from pydrake.multibody.parsing import Parser
@@ -33,9 +34,22 @@ def add_models(plant: MultibodyPlant, *files: str) -> None:
         parser.AddModels(url=f"{PACKAGE}/{file}")
 
 
-def description_hash() -> str:
-    """SHA-256 over all description files: names what a stored map was computed from."""
+STATION_FILES = (
+    "box.sdf",
+    "cube.sdf",
+    "furniture.dmd.yaml",
+    "gen3.urdf",
+    "gen3_2f85.dmd.yaml",
+    "robotiq_2f_85.urdf",
+    "station.dmd.yaml",
+    "table.sdf",
+)
+"""What a station consists of."""
+
+
+def description_hash(files: Iterable[str] = STATION_FILES) -> str:
+    """SHA-256 over description files: names what stored results were computed from."""
     digest = hashlib.sha256()
-    for path in sorted(DESCRIPTION.iterdir()):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    for name in sorted(files):
+        digest.update(name.encode() + b"\0" + (DESCRIPTION / name).read_bytes() + b"\0")
     return digest.hexdigest()

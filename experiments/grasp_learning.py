@@ -40,6 +40,10 @@ class TeacherConfig:
     """Of each action."""
     discomfort: float = 0.05
     """Of entering a pose that §5.10.1 calls less comfortable."""
+    surprise: float = 0.5
+    """Of an action, times the probability that its likeliest outcome does not come. A turn that
+    leaves the cube halfway between two orientations is a toss-up, and what follows from there
+    is not what the state's name says: a person would not demonstrate it."""
     tolerance: float = 0.005
     """Difference of value below which two actions are equally good: half an action's cost."""
     label_noise: float = 0.0
@@ -58,8 +62,10 @@ class LearningConfig:
     """Generalisation rules whose labels are right less often are left out."""
     active: ActiveConfig = field(
         default_factory=lambda: ActiveConfig(
-            initial=TrainingConfig(iterations=3000),
-            refine=TrainingConfig(iterations=200, step=3e-4),
+            initial=TrainingConfig(iterations=3000, bellman_weight=10.0, bellman_delta=0.05),
+            refine=TrainingConfig(
+                iterations=100, step=3e-4, bellman_weight=10.0, bellman_delta=0.05
+            ),
             budget=20,
             max_demonstrated=int(THESIS_DEMONSTRATED * N_STATES),
             state_query="visitation_entropy",
@@ -83,6 +89,7 @@ class Teacher:
             lost_states=np.array([LOST]),
             action_cost=config.action_cost,
             discomfort=config.discomfort,
+            surprise=config.surprise,
             tolerance=config.tolerance,
             label_noise=config.label_noise,
         )

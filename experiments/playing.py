@@ -35,7 +35,10 @@ def play_episodes(
     max_actions: int = 20,
     output: Output,
 ) -> list[Played]:
-    """Play a policy from each start; leave ``recording.html`` and ``episode_N.png``.
+    """Play a policy from each start; leave a recording and pictures.
+
+    ``recording.html`` shows all episodes, ``episode_N.png`` one as a film strip, ``robot.png``
+    the scene after the first action.
 
     Args:
         action: the policy's table (see `PolicyController`).
@@ -78,6 +81,12 @@ def play_episodes(
     for number, episode in enumerate(played):
         with output.file(f"episode_{number + 1}.png") as path:
             draw_film_strip(episode, camera, path)
+    if len(played[0].postures) > 1:
+        portrait = StillCamera(
+            size=(1280, 860), view_from=(1.15, -0.62, 1.0), view_at=(0.33, 0.0, 0.74)
+        )
+        with output.file("robot.png") as path:
+            plt.imsave(path, portrait.picture(played[0].postures[1]))
     return played
 
 

@@ -65,8 +65,9 @@ class OracleDemonstrator:
     """Plans on the transition model under a hidden reward, and shows what it would do.
 
     R(s') is earned on entering s': ``goal_reward`` at a goal, −``discomfort`` at an
-    uncomfortable state, −``loss`` at a lost one; every action costs ``action_cost``. A run ends
-    at a goal, at a lost state, and where nothing is feasible.
+    uncomfortable state, −``loss`` at a lost one; every action costs ``action_cost``, and
+    ``surprise`` times the probability that its likeliest outcome does not come. A run ends at a
+    goal, at a lost state, and where nothing is feasible.
 
     Attributes:
         model: the transition model.
@@ -74,10 +75,11 @@ class OracleDemonstrator:
         gamma: discount factor in [0, 1).
         uncomfortable: indices of states to keep out of, if it costs little.
         lost_states: indices of states that end a run for the worse.
-        goal_reward: at least 0, like the next three.
+        goal_reward: at least 0, like the next four.
         action_cost: cost of an action.
         discomfort: penalty of an uncomfortable state.
         loss: penalty of a lost state.
+        surprise: dislike of actions with uncertain outcomes; no reward on states explains it.
         tolerance: actions whose Q is within this of the best are co-optimal.
         label_noise: probability that a label is a random feasible action that is not
             co-optimal.
@@ -92,6 +94,7 @@ class OracleDemonstrator:
     action_cost: float = 0.01
     discomfort: float = 0.05
     loss: float = 1.0
+    surprise: float = 0.0
     tolerance: float = 1e-6
     label_noise: float = 0.0
 
@@ -129,11 +132,12 @@ class OracleDemonstrator:
     @cached_property
     def optimal_actions(self) -> np.ndarray:
         """The co-optimal actions, none where a run ends; bool ``[n_states, n_actions]``."""
+        likeliest = self.model.P.max(axis=1).toarray().ravel()
         _, Q = value_iteration(
             self.model,
             self.state_reward,
             self.gamma,
-            pair_reward=-self.action_cost,
+            pair_reward=-self.action_cost - self.surprise * (1.0 - likeliest),
             terminal=np.flatnonzero(self.terminal),
             # Two errors meet in a comparison; a tenth leaves the tolerance its meaning.
             tolerance=self.tolerance / 10,

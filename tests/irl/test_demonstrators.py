@@ -36,6 +36,19 @@ def test_discomfort_breaks_the_tie(square):
     assert oracle.optimal_actions[0].tolist() == [False, True, False]
 
 
+def test_a_demonstrator_who_dislikes_surprise_takes_the_sure_way():
+    # 0 to the goal 3 at once with probability 0.6, else back; or surely, through 1.
+    entries = [(0, 0, 3, 0.6), (0, 0, 0, 0.4), (0, 1, 1, 1.0), (1, 0, 3, 1.0)]
+    state, action, after, p = (np.array(column) for column in zip(*entries, strict=True))
+    model = TransitionModel.from_entries(4, 2, state, action, after, p)
+    choice = {
+        surprise: OracleDemonstrator(model, np.array([3]), surprise=surprise).optimal_actions[0]
+        for surprise in (0.0, 0.5)
+    }
+    assert choice[0.0].tolist() == [True, False]
+    assert choice[0.5].tolist() == [False, True]
+
+
 def test_ties_are_drawn_evenly_and_repeat_with_the_seed(oracle):
     drawn = [oracle.label(0, rng) for rng in [np.random.default_rng(0)] for _ in range(1000)]
     assert abs(np.mean(drawn) - 0.5) < 0.07

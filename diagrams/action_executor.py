@@ -33,12 +33,13 @@ class Timeline:
         now = 0.0
         for part in plan:
             if isinstance(part, Move):
-                arm: PiecewisePolynomial | np.ndarray = timed(part.waypoints, velocity_limit)
-                seconds, q = arm.end_time(), part.waypoints[-1]
+                path = timed(part.waypoints, velocity_limit)
+                self._arm.append(path)
+                seconds, q = path.end_time(), part.waypoints[-1]
             else:
-                arm, width, seconds = q, part.width, part.seconds
+                self._arm.append(np.array(q))
+                seconds, width = part.seconds, part.width
             self._starts.append(now)
-            self._arm.append(arm)
             self._width.append(float(width))
             now += seconds
         self._starts.append(now)

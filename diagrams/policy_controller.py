@@ -5,7 +5,7 @@ from enum import StrEnum
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from diagrams.action_executor import PERIOD, Execution
 
@@ -156,7 +156,7 @@ class PolicyController(LeafSystem):
             return Verdict.NO_ACTION
         return Verdict.RUNNING
 
-    def _calc_request(self, context: Context, output) -> None:
+    def _calc_request(self, context: Context, output: BasicVector) -> None:
         episode = self.episode(context)
         action = int(self._action[episode.state]) if episode.sequence else -1
         output.SetFromVector([episode.sequence, action])

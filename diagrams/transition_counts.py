@@ -53,7 +53,7 @@ class TransitionEntries(NamedTuple):
     action: np.ndarray
     next_state: np.ndarray
     probability: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]
     evidence: np.ndarray
 
 

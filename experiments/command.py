@@ -7,7 +7,7 @@ import json
 import re
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -94,7 +94,7 @@ class Output:
                 path.rmdir()
 
     @contextlib.contextmanager
-    def file(self, name: str):
+    def file(self, name: str) -> Iterator[Path]:
         """Yield a temporary path that becomes ``name`` in the folder when the block succeeds."""
         with atomic_path(self.folder / name) as path:
             yield path

@@ -1,5 +1,6 @@
 """Where the arm reaches: the reachability map (thesis 5.5) and every action's feasibility."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -73,7 +74,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     }
 
 
-def _on(bar: tqdm):
+def _on(bar: tqdm) -> Callable[[int, int], None]:
     def progress(done: int, total: int) -> None:
         bar.total = total
         bar.update(done - bar.n)

@@ -5,6 +5,7 @@ the pads stay parallel and travel on a circle. Lengths from `description/robotiq
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 KNUCKLE_Y = 0.0306011
 """Knuckle axis from the gripper's middle plane [m]."""
@@ -21,25 +22,26 @@ KNUCKLE_LIMIT = 0.8
 """Largest knuckle angle [rad]."""
 
 
-def opening(knuckle: np.ndarray) -> np.ndarray:
+def opening(knuckle: ArrayLike) -> np.ndarray:
     """Distance between the pads' surfaces [m] at a knuckle angle [rad]; any shape."""
     knuckle = np.asarray(knuckle, dtype=float)
     return 2.0 * (KNUCKLE_Y + PAD_SURFACE_Y + LINK_Y * np.cos(knuckle) - LINK_Z * np.sin(knuckle))
 
 
-def knuckle_angle(width: np.ndarray) -> np.ndarray:
+def knuckle_angle(width: ArrayLike) -> np.ndarray:
     """Knuckle angle [rad] that opens the pads by ``width`` [m]; inverse of `opening`.
 
     ``width`` is clipped to what the linkage can do, 0 to 85 mm.
     """
-    width = np.clip(np.asarray(width, dtype=float), 0.0, MAX_OPENING)
+    half = np.clip(np.asarray(width, dtype=float), 0.0, MAX_OPENING) / 2.0
     radius, phase = np.hypot(LINK_Y, LINK_Z), np.arctan2(LINK_Z, LINK_Y)
-    angle = np.arccos((width / 2.0 - KNUCKLE_Y - PAD_SURFACE_Y) / radius) - phase
+    angle = np.arccos((half - KNUCKLE_Y - PAD_SURFACE_Y) / radius) - phase
     return np.clip(angle, 0.0, KNUCKLE_LIMIT)
 
 
-def closing_rate(knuckle: np.ndarray) -> np.ndarray:
+def closing_rate(knuckle: ArrayLike) -> np.ndarray:
     """Inward travel of one pad per knuckle angle [m/rad]: torque = pad force × this."""
+    knuckle = np.asarray(knuckle, dtype=float)
     return LINK_Y * np.sin(knuckle) + LINK_Z * np.cos(knuckle)
 
 

@@ -1,0 +1,180 @@
+"""The demo and what follows from it, run as a person runs them, with tiny settings."""
+
+import json
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments import demo, simulate
+from experiments.command import execute
+from experiments.robot_data import SHIPPED_TASK
+from irl.files import sha256
+from irl.formats import read_npz, write_npz
+from irl.policy import Policy, load_policy, save_policy
+from irl.task_data import FILES, load_task
+
+TINY = [
+    *("--learning.demonstrations", "60"),
+    *("--learning.active.initial.iterations", "30"),
+    *("--learning.active.refine.iterations", "5"),
+    *("--learning.active.budget", "2"),
+    *("--learning.active.max-demonstrated", "100"),
+    *("--starts", "0"),
+]
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", *arguments], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("demo")
+
+
+@pytest.fixture(scope="module")
+def done(folder):
+    return run("experiments.demo", *TINY, "--out", str(folder / "out"))
+
+
+def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
+    assert done.returncode == 0, done.stderr
+    result = json.loads((folder / "out/result.json").read_text())
+    assert {
+        "accuracy_optimal",
+        "accuracy_strict",
+        "success_mdp",
+        "success_mdp_oracle",
+        "success_drake",
+        "demonstrated_fraction",
+        "wall_s",
+        "recording",
+    } <= result.keys()
+    assert 0.0 < result["demonstrated_fraction"] <= 100 / 15984
+    assert len(result["advised_clusters"]) == result["queries"] == 2
+    assert result["success_mdp_oracle"] > 0.9
+    for name in ("learning.png", "policy.png"):
+        assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
+    assert "success in the model" in done.stdout
+    policy = load_policy(folder / "out/policy.safetensors", load_task(SHIPPED_TASK).task_hash)
+    assert policy.algorithm == "fa_mlirl"
+
+
+def test_the_same_seed_gives_the_same_bytes(done, folder):
+    again = run("experiments.demo", *TINY, "--out", str(folder / "again"))
+    other = run("experiments.demo", *TINY, "--seed", "1", "--out", str(folder / "other"))
+    assert again.returncode == other.returncode == 0
+    first, second, third = (
+        sha256(folder / name / "policy.safetensors") for name in ("out", "again", "other")
+    )
+    assert first == second != third
+
+
+def fails(capsys, *arguments, command=demo):
+    """Run in this process; return the one line that it ends with."""
+    with pytest.raises(SystemExit) as stop:
+        execute(command.Config, command.main, list(arguments))
+    assert stop.value.code == 2
+    message = capsys.readouterr().err.strip().splitlines()
+    assert len(message) == 1
+    return message[0]
+
+
+@pytest.fixture
+def task(tmp_path):
+    return Path(shutil.copytree(SHIPPED_TASK, tmp_path / "task"))
+
+
+def sign(folder):
+    """Bring the hashes in task.json up to date, so that what is inside is looked at."""
+    sheet = json.loads((folder / "task.json").read_text())
+    for name in sheet["sha256"]:
+        sheet["sha256"][name] = sha256(folder / name)
+    (folder / "task.json").write_text(json.dumps(sheet))
+
+
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("damage", ["missing", "truncated", "flipped"])
+def test_damaged_task_data_are_refused_by_file(capsys, tmp_path, task, name, damage):
+    path = task / name
+    content = path.read_bytes()
+    if damage == "missing":
+        path.unlink()
+    elif damage == "truncated":
+        path.write_bytes(content[: len(content) // 2])
+    else:
+        middle = len(content) // 2
+        path.write_bytes(content[:middle] + bytes([content[middle] ^ 0x80]) + content[middle + 1 :])
+    assert name in fails(capsys, "--task", str(task), "--out", str(tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda a: a | {"probability": a["probability"][:-1]}, ["probability", "shape"]),
+        (lambda a: a | {"probability": np.where(a["state"] == 5, np.nan, a["probability"])},
+         ["probability", "finite"]),
+        (lambda a: a | {"probability": a["probability"] * 0.9}, ["probability", "sum to 1"]),
+    ],
+    ids=["shape", "nan", "sum"],
+)  # fmt: skip
+def test_impossible_probabilities_are_refused_by_field(capsys, tmp_path, task, change, words):
+    write_npz(task / "transitions.npz", change(read_npz(task / "transitions.npz")))
+    sign(task)
+    message = fails(capsys, "--task", str(task), "--out", str(tmp_path / "out"))
+    assert "transitions.npz" in message
+    assert all(word in message for word in words)
+
+
+def test_an_unknown_schema_names_the_known_ones(capsys, tmp_path, task):
+    sheet = json.loads((task / "task.json").read_text())
+    (task / "task.json").write_text(json.dumps(sheet | {"schema_version": 99}))
+    message = fails(capsys, "--task", str(task), "--out", str(tmp_path / "out"))
+    assert "schema_version" in message
+    assert "99" in message
+
+
+def test_a_policy_of_another_task_is_refused(capsys, tmp_path):
+    n, m = 15985, 55
+    policy = Policy.from_q(
+        np.zeros((n, m)), np.ones((n, m), bool), task_hash="0" * 64, algorithm="x", seed=0
+    )
+    save_policy(policy, tmp_path / "p.safetensors")
+    message = fails(
+        capsys,
+        *("--policy", str(tmp_path / "p.safetensors"), "--out", str(tmp_path / "out")),
+        command=simulate,
+    )
+    assert "p.safetensors" in message
+    assert "task" in message
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["--learning.features", "smell"], "rotation"),
+        (["--learning.active.state-query", "whim"], "margin"),
+        (["--starts", "999"], "432"),
+        (["--out", "/dev/null/out"], "--out"),
+    ],
+)
+def test_bad_settings_name_the_valid_ones(capsys, tmp_path, arguments, word):
+    if "--out" not in arguments:
+        arguments = [*arguments, "--out", str(tmp_path / "out")]
+    assert word in fails(capsys, *arguments)
+    assert not (tmp_path / "out").exists()
+
+
+def test_shipped_archives_are_plain(task):
+    for path in task.glob("*.npz"):
+        assert zipfile.is_zipfile(path)
+        assert all(array.dtype != object for array in read_npz(path).values())

@@ -97,13 +97,28 @@ class Teacher:
 
 
 @dataclass(frozen=True)
+class CurvePoint:
+    """How good the policy was after one training.
+
+    Attributes:
+        demonstrated: distinct states with labels.
+        success: probability of the goal within 20 actions, mean over the start states.
+        accuracy_optimal_all: share of unseen states with an action as good as the demonstrator's.
+    """
+
+    demonstrated: int
+    success: float
+    accuracy_optimal_all: float
+
+
+@dataclass(frozen=True)
 class Learnt:
     """What learning left behind.
 
     Attributes:
         result: of Algorithm 4.1.
         initial: the demonstrations before the first query.
-        curve: after each training: states demonstrated, success in the model.
+        curve: one point a training.
         rules: the generalisation rules used.
         purity: each rule's share of right labels, None if it never applies.
         evidence: transition entries by evidence.
@@ -111,7 +126,7 @@ class Learnt:
 
     result: Result
     initial: Demonstrations
-    curve: list[tuple[int, float]]
+    curve: list[CurvePoint]
     rules: list[str]
     purity: Mapping[str, float | None]
     evidence: Mapping[str, int]
@@ -145,7 +160,7 @@ def learn(
         rules,
         rng,
     )
-    curve: list[tuple[int, float]] = []
+    curve: list[CurvePoint] = []
     with _Bars(config.active) as bars:
 
         def follow(progress: Progress) -> None:
@@ -153,9 +168,14 @@ def learn(
                 bars.show(progress)
                 return
             action = Policy.from_q(progress.q, task.model.mask).action
-            success = success_mdp(task.model, action, task.goal_states, task.start_states)
-            curve.append((progress.labels.n_states_demonstrated, success))
-            bars.learnt(progress, success)
+            seen = progress.labels.state
+            point = CurvePoint(
+                progress.labels.n_states_demonstrated,
+                success_mdp(task.model, action, task.goal_states, task.start_states),
+                accuracy_on_unseen(task, teacher, action, seen).value,
+            )
+            curve.append(point)
+            bars.learnt(progress, point)
 
         result = active_fa_mlirl(
             model=task.model,
@@ -200,10 +220,12 @@ class _Bars:
             if progress.iteration % 100 == 0:
                 self._first.set_postfix(log_likelihood=f"{progress.log_likelihood:.4f}")
 
-    def learnt(self, progress: Progress, success: float) -> None:
+    def learnt(self, progress: Progress, point: CurvePoint) -> None:
         self._queries.update(progress.query - self._queries.n)
         self._queries.set_postfix(
-            demonstrated=progress.labels.n_states_demonstrated, success=f"{success:.1%}"
+            demonstrated=point.demonstrated,
+            success=f"{point.success:.1%}",
+            accuracy=f"{point.accuracy_optimal_all:.1%}",
         )
 
 
@@ -237,7 +259,6 @@ def assess(
     demonstrator = teacher.demonstrator
     labels = learnt.result.demonstrations
     validation = held_out(demonstrator, labels.state, task.start_states, rng)
-    unseen = unseen_states(task.model, task.start_states, labels.state, demonstrator.terminal)
     optimal = demonstrator.optimal_actions
 
     def success(policy_table: np.ndarray) -> float:
@@ -246,8 +267,17 @@ def assess(
     return Assessment(
         accuracy_strict=accuracy_strict(policy.action, validation.state, validation.action),
         accuracy_optimal=accuracy_optimal(policy.action, validation.state, optimal),
-        accuracy_optimal_all=accuracy_optimal(policy.action, unseen, optimal),
+        accuracy_optimal_all=accuracy_on_unseen(task, teacher, policy.action, labels.state),
         success_mdp=success(policy.action),
         success_mdp_oracle=success(uniform_policy(optimal)),
         demonstrated_fraction=labels.demonstrated_fraction(N_STATES),
     )
+
+
+def accuracy_on_unseen(
+    task: TaskData, teacher: Teacher, action: np.ndarray, shown: np.ndarray
+) -> Share:
+    """Share of all reachable states never shown whose action is as good as the demonstrator's."""
+    demonstrator = teacher.demonstrator
+    unseen = unseen_states(task.model, task.start_states, shown, demonstrator.terminal)
+    return accuracy_optimal(action, unseen, demonstrator.optimal_actions)

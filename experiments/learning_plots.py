@@ -23,29 +23,32 @@ from models.task.spaces import (
 
 
 def plot_learning(learnt: Learnt, assessment: Assessment, path: Path) -> None:
-    """Draw success in the model against demonstrated states, one point a training."""
-    demonstrated, success = np.array(learnt.curve).T
+    """Draw success and accuracy against demonstrated states, one point a training."""
+    demonstrated = [point.demonstrated for point in learnt.curve]
+    success = [point.success for point in learnt.curve]
+    accuracy = [point.accuracy_optimal_all for point in learnt.curve]
     figure, axis = plt.subplots(figsize=(7, 4.2), layout="constrained")
-    axis.plot(demonstrated, success, "o-", markersize=4, color="#2166ac", label="learner")
-    ceiling = assessment.success_mdp_oracle
-    axis.axhline(ceiling, linestyle="--", color="#555555", label="demonstrator")
-    for record, x, y in zip(learnt.result.history, demonstrated[1:], success[1:], strict=False):
-        if record.cluster:
-            axis.annotate(
-                record.cluster,
-                (x, y),
-                fontsize=6,
-                rotation=60,
-                xytext=(0, -34),
-                textcoords="offset points",
-                ha="center",
-                color="#777777",
-            )
+    axis.axhline(
+        assessment.success_mdp_oracle,
+        linestyle="--",
+        color="#777777",
+        label="success of the demonstrator",
+    )
+    axis.plot(demonstrated, success, "o-", markersize=4, color="#2166ac", label="success")
+    axis.plot(
+        demonstrated,
+        accuracy,
+        "s-",
+        markersize=4,
+        color="#b2182b",
+        label="accuracy on unseen states",
+    )
+    low = min(*success, *accuracy)
     axis.set(
         xlabel="states demonstrated",
-        ylabel="probability of the goal within 20 actions",
-        ylim=(0, 1.03),
-        title="Active learning; labels name the clusters advised",
+        ylabel="share",
+        ylim=(max(0.0, low - 0.1), 1.02),
+        title="Success from every free state within 20 actions, and accuracy",
     )
     axis.legend(loc="lower right", frameon=False)
     figure.savefig(path, dpi=120)

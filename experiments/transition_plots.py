@@ -17,7 +17,9 @@ _COLOURS = {"measured": "#1b7837", "kernel": "#7fbf7b", "estimated": "#d9d9d9"}
 
 def plot_coverage(entries: TransitionEntries, path: Path) -> None:
     """Draw which pairs have trials behind them, and how surely each action ends as expected."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.5), width_ratios=[2, 3])
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(13, 5), width_ratios=[2, 3], layout="constrained"
+    )
     counts = count_pairs(entries)
     names = list(counts)
     left_edge = np.zeros(len(names))
@@ -27,9 +29,10 @@ def plot_coverage(entries: TransitionEntries, path: Path) -> None:
         left.barh(names, share, left=left_edge, color=_COLOURS[label], label=label)
         left_edge += share
     for row, name in enumerate(names):
-        left.text(1.01, row, f"{sum(counts[name].values()):,}", va="center")
-    left.set(xlim=(0, 1.18), xlabel="share of the feasible pairs", title="evidence")
-    left.legend(loc="upper center", bbox_to_anchor=(0.45, -0.14), ncol=3, frameon=False)
+        numbers = ", ".join(f"{n:,} {label}" for label, n in counts[name].items() if n)
+        left.text(0.02, row, numbers, va="center")
+    left.set(xlim=(0, 1), xlabel="share of the feasible pairs", title="Evidence")
+    left.legend(loc="upper center", bbox_to_anchor=(0.45, -0.12), ncol=3, frameon=False)
 
     grasp, drop = (_certainty(entries, kind) for kind in (Kind.GRASP, Kind.DROP))
     rows = np.arange(N_GRIPPERS)
@@ -42,10 +45,10 @@ def plot_coverage(entries: TransitionEntries, path: Path) -> None:
         yticklabels=[f"{i} {name}" for i, name in enumerate(GRIPPER_NAMES)],
         xlim=(0, 1),
         xlabel="probability of the most likely outcome, mean over states",
-        title="certainty by gripper orientation",
+        title="Certainty by gripper orientation",
     )
     right.invert_yaxis()
-    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncol=2, frameon=False)
+    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=2, frameon=False)
     figure.savefig(path, dpi=120, bbox_inches="tight")
     plt.close(figure)
 

@@ -24,7 +24,7 @@ from experiments.grasp_learning import (
 from experiments.learning_plots import plot_learning, plot_policy
 from experiments.playing import play_episodes, summary
 from experiments.robot_data import SHIPPED_TASK, load_planner
-from experiments.simulate import draw_starts
+from experiments.simulate import check_max_actions, draw_starts
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
 from irl.task_data import load_task
@@ -42,6 +42,8 @@ class Config:
     """Algorithm 4.1's choices."""
     starts: int = 3
     """Episodes played in the Drake diagram; 0 plays none."""
+    max_actions: int = 20
+    """Actions after which an episode ends."""
     seed: int = 0
     """Of every random draw."""
     out: Path = Path("out/demo")
@@ -55,6 +57,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     torch.set_num_threads(1)
     task = load_task(config.task)
     planner = load_planner()
+    starts = draw_starts(task, config.starts, config.seed, at_least=0)
+    check_max_actions(config.max_actions)
     teacher = Teacher(task, config.teacher)
     rng = np.random.default_rng(config.seed)
 
@@ -78,9 +82,14 @@ def main(config: Config, output: Output) -> dict[str, Any]:
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "episodes": []}
     if config.starts:
-        starts = draw_starts(task.start_states, task.goal_states, config.starts, config.seed)
         played = play_episodes(
-            policy.action, planner, task.goal_states, starts, seed=config.seed, output=output
+            policy.action,
+            planner,
+            task.goal_states,
+            starts,
+            seed=config.seed,
+            max_actions=config.max_actions,
+            output=output,
         )
         physics = summary(played)
 

@@ -1,5 +1,6 @@
 """Episodes in the Drake diagram: played one after another, recorded, drawn as film strips."""
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +51,10 @@ def play_episodes(
         max_actions: after which an episode ends.
         output: folder of the pictures.
     """
+    # The server's address is of no use here: what is recorded is read from a file.
+    logging.getLogger("drake").setLevel(logging.WARNING)
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    meshcat.SetCameraPose([1.35, -1.05, 1.15], [0.38, 0.0, 0.68])
+    meshcat.SetCameraPose([1.0, -0.72, 1.0], [0.4, 0.0, 0.66])
     run = PolicyRun(
         action, planner, goal_states=goal_states, max_actions=max_actions, meshcat=meshcat
     )

@@ -11,7 +11,7 @@ from experiments.playing import play_episodes, summary
 from experiments.robot_data import SHIPPED_TASK, load_planner
 from irl.errors import InputError
 from irl.policy import load_policy
-from irl.task_data import load_task
+from irl.task_data import TaskData, load_task
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,10 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     """Load, draw starts, play, count."""
     task = load_task(config.task)
     policy = load_policy(config.policy, task.task_hash)
-    starts = draw_starts(task.start_states, task.goal_states, config.starts, config.seed)
+    starts = draw_starts(task, config.starts, config.seed)
     if not 0.0 <= config.disturbance < np.inf:
         raise InputError(f"--disturbance {config.disturbance}: give a distance of 0 or more metres")
-    if config.max_actions < 1:
-        raise InputError(f"--max-actions {config.max_actions}: give 1 or more")
+    check_max_actions(config.max_actions)
     played = play_episodes(
         policy.action,
         load_planner(),
@@ -62,18 +61,28 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     return {**result, "recording": "recording.html"}
 
 
-def draw_starts(
-    start_states: np.ndarray, goal_states: np.ndarray, number: int, seed: int
-) -> np.ndarray:
+def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) -> np.ndarray:
     """Draw start states that are not goals, without repetition.
 
     Raises:
-        InputError: if there are fewer than ``number``, or none is wanted.
+        InputError: if ``number`` is below ``at_least`` or above what there is.
     """
-    pool = np.setdiff1d(start_states, goal_states)
-    if not 1 <= number <= pool.size:
-        raise InputError(f"--starts {number}: give 1 to {pool.size}, the task's start states")
+    pool = np.setdiff1d(task.start_states, task.goal_states)
+    if not at_least <= number <= pool.size:
+        raise InputError(
+            f"--starts {number}: give {at_least} to {pool.size}, the task's start states"
+        )
     return np.random.default_rng(seed).choice(pool, number, replace=False)
+
+
+def check_max_actions(number: int) -> None:
+    """Refuse an episode without actions.
+
+    Raises:
+        InputError: if ``number`` is below 1.
+    """
+    if number < 1:
+        raise InputError(f"--max-actions {number}: give 1 or more")
 
 
 if __name__ == "__main__":

@@ -23,8 +23,9 @@ from diagrams.grasp_trial import MODEL_FILES, Outcome, Pair, TrialConfig, TrialR
 from diagrams.transition_counts import TransitionEntries, count_pairs, transition_entries
 from diagrams.trial_database import Campaign, TrialDatabase
 from experiments.command import Output, execute
-from experiments.robot_data import load_feasibility
+from experiments.robot_data import MAP, SHIPPED_ROBOT, load_feasibility
 from experiments.transition_plots import plot_coverage
+from irl.files import sha256
 from irl.generalisation import Generalisation
 from irl.task_data import TaskData, Transitions, save_task
 from models.scene import description_hash
@@ -204,6 +205,8 @@ def task_data(database: TrialDatabase, entries: TransitionEntries) -> TaskData:
         provenance={
             "campaign": database.content,
             "campaign_hash": database.hash,
+            "trials": len(database.done()),
+            "reachability_map": sha256(SHIPPED_ROBOT / MAP),
             "packages": {name: _version(name) for name in ("drake", "numpy")},
             "python": platform.python_version(),
         },

@@ -24,7 +24,7 @@ TINY = [
     *("--learning.active.refine.iterations", "5"),
     *("--learning.active.budget", "2"),
     *("--learning.active.max-demonstrated", "100"),
-    *("--starts", "0"),
+    *("--starts", "1", "--max-actions", "1"),
 ]
 
 
@@ -60,7 +60,14 @@ def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
     assert 0.0 < result["demonstrated_fraction"] <= 100 / 15984
     assert len(result["advised_clusters"]) == result["queries"] == 2
     assert result["success_mdp_oracle"] > 0.9
-    for name in ("learning.png", "policy.png"):
+    assert result["success_drake"]["trials"] == 1
+    (episode,) = result["episodes"]
+    assert len(episode["actions"]) == 1
+    assert episode["actions"][0].startswith("grasp with")
+    recording = (folder / "out/recording.html").read_text()
+    assert "<html" in recording
+    assert len(recording) > 1_000_000
+    for name in ("learning.png", "policy.png", "episode_1.png", "robot.png"):
         assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
     assert "success in the model" in done.stdout
     policy = load_policy(folder / "out/policy.safetensors", load_task(SHIPPED_TASK).task_hash)
@@ -75,6 +82,24 @@ def test_the_same_seed_gives_the_same_bytes(done, folder):
         sha256(folder / name / "policy.safetensors") for name in ("out", "again", "other")
     )
     assert first == second != third
+    episodes = [
+        json.loads((folder / name / "result.json").read_text())["episodes"]
+        for name in ("out", "again")
+    ]
+    assert episodes[0] == episodes[1]
+
+
+def test_simulate_plays_the_policy_that_the_demo_left(done, folder):
+    played = run(
+        *("experiments.simulate", "--policy", str(folder / "out/policy.safetensors")),
+        *("--starts", "1", "--max-actions", "1", "--disturbance", "0.002"),
+        *("--out", str(folder / "simulate")),
+    )
+    assert played.returncode == 0, played.stderr
+    result = json.loads((folder / "simulate/result.json").read_text())
+    assert (result["trials"], result["faults"]) == (1, 0)
+    assert {"successes", "actions_mean"} <= result.keys()
+    assert (folder / "simulate" / result["recording"]).is_file()
 
 
 def fails(capsys, *arguments, command=demo):
@@ -95,8 +120,8 @@ def task(tmp_path):
 def sign(folder):
     """Bring the hashes in task.json up to date, so that what is inside is looked at."""
     sheet = json.loads((folder / "task.json").read_text())
-    for name in sheet["sha256"]:
-        sheet["sha256"][name] = sha256(folder / name)
+    for name in sheet["files"]:
+        sheet["files"][name] = sha256(folder / name)
     (folder / "task.json").write_text(json.dumps(sheet))
 
 
@@ -119,7 +144,7 @@ def test_damaged_task_data_are_refused_by_file(capsys, tmp_path, task, name, dam
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda a: a | {"probability": a["probability"][:-1]}, ["probability", "shape"]),
+        (lambda a: a | {"probability": a["probability"][:-1]}, ["probability", "must be float64"]),
         (lambda a: a | {"probability": np.where(a["state"] == 5, np.nan, a["probability"])},
          ["probability", "finite"]),
         (lambda a: a | {"probability": a["probability"] * 0.9}, ["probability", "sum to 1"]),
@@ -163,7 +188,7 @@ def test_a_policy_of_another_task_is_refused(capsys, tmp_path):
     [
         (["--learning.features", "smell"], "rotation"),
         (["--learning.active.state-query", "whim"], "margin"),
-        (["--starts", "999"], "432"),
+        (["--starts", "999"], "431"),
         (["--out", "/dev/null/out"], "--out"),
     ],
 )

@@ -9,7 +9,7 @@ from models.feasibility import Feasibility, compute
 from models.reachability_csv import read_map
 from models.task.spaces import LOST, N_ACTIONS, Action, Kind, State
 
-MAP = Path(__file__).parents[2] / "experiments" / "data" / "reachability_gen3.csv"
+MAP = Path(__file__).parents[2] / "experiments" / "data" / "gen3" / "map.csv"
 CELLS = (8, 9, 12)
 """The middle column, and a lower corner, which level hands from the sides do not reach."""
 

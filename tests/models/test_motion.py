@@ -15,7 +15,7 @@ from models.motion import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Infeasible
 from models.reachability_csv import read_map
 from models.task.spaces import HORIZONTAL, POSITIONS, TILTED, VERTICAL, Action, Kind
 
-MAP = Path(__file__).parents[2] / "experiments" / "data" / "reachability_gen3.csv"
+MAP = Path(__file__).parents[2] / "experiments" / "data" / "gen3" / "map.csv"
 STEP = 0.01
 """Between two checks [rad]."""
 CELL = 8

@@ -15,7 +15,7 @@ from models.reachability import ReachabilityMap, nearest_posture, same_approach
 from models.reachability_csv import read_map
 from models.task.spaces import HORIZONTAL, N_TARGETS, POSITIONS, VERTICAL
 
-MAP = Path(__file__).parents[2] / "experiments" / "data" / "reachability_gen3.csv"
+MAP = Path(__file__).parents[2] / "experiments" / "data" / "gen3" / "map.csv"
 
 
 @pytest.fixture

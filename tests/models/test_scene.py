@@ -1,5 +1,9 @@
 """Every description file parses without a warning and is physically valid."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
@@ -35,3 +39,18 @@ def test_unknown_file_is_refused():
 def test_hash_names_the_files():
     assert len(description_hash()) == 64
     assert description_hash() == description_hash()
+
+
+def test_drakes_model_visualizer_opens_the_robot_by_its_uri():
+    shown = subprocess.run(
+        [
+            *(sys.executable, "-m", "pydrake.visualization.model_visualizer", "--loop_once"),
+            f"{PACKAGE}/gen3_2f85.dmd.yaml",
+        ],
+        env={**os.environ, "ROS_PACKAGE_PATH": str(DESCRIPTION.parent)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert shown.returncode == 0, shown.stderr
+    assert "arning" not in shown.stderr

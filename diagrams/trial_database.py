@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from diagrams.grasp_trial import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from models.errors import ModelError
 from models.task.spaces import Kind
 

@@ -19,9 +19,11 @@ import numpy as np
 import tyro
 from tqdm import tqdm
 
-from diagrams.grasp_trial import MODEL_FILES, Outcome, Pair, TrialConfig, TrialRecord, TrialRig
+from diagrams.grasp_trial import run_trial
 from diagrams.transition_counts import TransitionEntries, count_pairs, transition_entries
 from diagrams.trial_database import Campaign, TrialDatabase
+from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trial_rig import MODEL_FILES, TrialRig
 from experiments.command import Output, execute
 from experiments.robot_data import MAP, SHIPPED_ROBOT, load_feasibility
 from experiments.transition_plots import plot_coverage
@@ -139,7 +141,7 @@ def run_trials(database: TrialDatabase, pairs: list[Pair], config: Run) -> None:
     ):
         # A short queue: a kill loses little, and results are committed in order.
         waiting = [
-            (job, pool.submit(run_trial, config.trial, config.seed, *job))
+            (job, pool.submit(work, config.trial, config.seed, *job))
             for job in islice(jobs, 2 * config.workers)
         ]
         while waiting:
@@ -147,18 +149,19 @@ def run_trials(database: TrialDatabase, pairs: list[Pair], config: Run) -> None:
             database.add(pair, repetition, future.result())
             bar.update()
             for job in islice(jobs, 1):
-                waiting.append((job, pool.submit(run_trial, config.trial, config.seed, *job)))
+                waiting.append((job, pool.submit(work, config.trial, config.seed, *job)))
 
 
-def run_trial(config: TrialConfig, seed: int, pair: Pair, repetition: int) -> TrialRecord:
-    """Run one trial in a worker; its seed follows from the campaign's and its own key."""
+def work(config: TrialConfig, seed: int, pair: Pair, repetition: int) -> TrialRecord:
+    """Run one trial in this process; its seed follows from the campaign's and its own key."""
     key = (int(pair.kind), pair.orientation, pair.gripper, pair.layer, repetition)
-    return _rig(config).run(pair, np.random.SeedSequence(seed, spawn_key=key))
+    sequence = np.random.SeedSequence(seed, spawn_key=key)
+    return run_trial(_rig(config.time_step), config, pair, sequence)
 
 
 @cache
-def _rig(config: TrialConfig) -> TrialRig:
-    return TrialRig(config)
+def _rig(time_step: float) -> TrialRig:
+    return TrialRig(time_step)
 
 
 def coverage(database: TrialDatabase, entries: TransitionEntries) -> dict[str, Any]:

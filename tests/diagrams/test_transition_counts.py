@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from diagrams.grasp_trial import Outcome, Pair, TrialRecord
 from diagrams.transition_counts import Evidence, count_pairs, transition_entries
+from diagrams.trial_record import Outcome, Pair, TrialRecord
 from models.task.pairs import nominal_pairs
 from models.task.spaces import (
     LOST,

@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import pytest
 
-from diagrams.grasp_trial import Outcome, Pair, TrialConfig, TrialRecord
 from diagrams.trial_database import Campaign, TrialDatabase
+from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from models.errors import ModelError
 from models.task.spaces import Kind
 

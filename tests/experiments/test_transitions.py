@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.grasp_trial import TrialConfig, TrialRecord
 from diagrams.transition_counts import transition_entries
 from diagrams.trial_database import Campaign, TrialDatabase
+from diagrams.trial_record import TrialConfig, TrialRecord
 from experiments.robot_data import load_feasibility
 from experiments.transitions import Run, planned_pairs, run_trials, task_data
 from irl.task_data import load_task, save_task

@@ -1,0 +1,99 @@
+"""What a grasp trial is told and what it reports: plain records, nothing of the simulator."""
+
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+
+from diagrams.contact import TIME_STEP
+from models.task.spaces import Kind
+
+
+@dataclass(frozen=True)
+class TrialConfig:
+    """Everything that decides a trial's outcome besides its pair and seed.
+
+    The noise stands for what a real cell does to an action that repeats: perception and
+    placement errors of a few millimetres and degrees, pads that wear, cubes that differ.
+    """
+
+    time_step: float = TIME_STEP
+    """Of the discrete solver [s]."""
+    position_sd: float = 0.002
+    """Of the cube's place against the gripper's target, in x and y [m]."""
+    yaw_sd: float = 0.05
+    """Of a free cube's yaw against its nominal orientation [rad]."""
+    tilt_sd: float = 0.02
+    """Of a held cube's turn about the closing axis, and of the gripper's tilt [rad]."""
+    friction: tuple[float, float] = (0.6, 0.9)
+    """Range of the coefficient of friction of cube, pads and table, uniform."""
+    mass: tuple[float, float] = (0.08, 0.12)
+    """Range of the cube's mass, uniform [kg]."""
+    close_s: float = 1.3
+    """From the command to close until the lift [s]."""
+    settle_s: float = 0.3
+    """Of rest after a motion, before the state is identified [s]."""
+    release_s: float = 0.8
+    """From the command to open until the gripper withdraws [s]."""
+    rest_limit_s: float = 3.0
+    """Longest wait for a released cube to come to rest [s]."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What is tried: the action, from which nominal state, at the table's middle.
+
+    Attributes:
+        kind: GRASP or DROP.
+        orientation: the cube's nominal orientation 0…47.
+        gripper: gripper orientation 0…17, the grasp's or the one that holds the cube.
+        layer: 0 or 1, the height z = 0.55 or 0.60 m of a drop; 0 for a grasp.
+    """
+
+    kind: Kind
+    orientation: int
+    gripper: int
+    layer: int = 0
+
+
+class Outcome(StrEnum):
+    """What became of the cube."""
+
+    HELD = "held"
+    FREE = "free"
+    FAULT = "fault"
+
+
+@dataclass(frozen=True)
+class TrialRecord:
+    """A trial's outcome and the numbers behind it; world axes, metres, radians, newtons.
+
+    Attributes:
+        outcome: `HELD` or `FREE`; `FAULT` if the simulator failed, which judges nothing.
+        turn: rotation vector of R_WO_after · R_WOᵀ, from the nominal orientation.
+        displacement: of the cube's centre, from the nominal column or cell.
+        lift_height: how far the cube's centre rose (grasp), or its height above rest (drop).
+        slip: motion of the cube in the hand during the lift, or while it was held.
+        in_hand_rotation: turn of the cube against the gripper over the same time.
+        pad_force: force of each pad before the lift or the release.
+        opening: of the pads at that moment.
+        speed: of the cube when the outcome was read [m/s].
+        noise: what was drawn.
+        fault: the simulator's message, empty if none.
+        cpu_s: processor time [s]; not part of the outcome.
+    """
+
+    outcome: Outcome
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    displacement: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    lift_height: float = 0.0
+    slip: float = 0.0
+    in_hand_rotation: float = 0.0
+    pad_force: float = 0.0
+    opening: float = 0.0
+    speed: float = 0.0
+    noise: dict[str, float] = field(default_factory=dict)
+    fault: str = ""
+    cpu_s: float = 0.0
+
+    def as_dict(self) -> dict:
+        """Return plain values, ready for JSON."""
+        return asdict(self)

@@ -1,0 +1,192 @@
+"""The scene of grasp trials: a floating gripper over the table, as one diagram."""
+
+import numpy as np
+from pydrake.geometry import ProximityProperties, RoleAssign
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+from pydrake.multibody.tree import FixedOffsetFrame, PdControllerGains, SpatialInertia, UnitInertia
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from diagrams.contact import use_grasp_contact
+from diagrams.gripper_controller import GripperController, prepare_gripper
+from diagrams.reference_ramp import ReferenceRamp
+from models import gripper
+from models.scene import CUBE, add_models
+from models.task.spaces import CUBE_EDGE
+
+MODEL_FILES = ("table.sdf", "gantry.urdf", "robotiq_2f_85.urdf", "cube.sdf")
+"""What the scene consists of."""
+COLUMN = np.array([0.55, 0.0])
+"""Where trials happen: x, y of the table's middle [m]. The place does not matter (5.9.1)."""
+SPEED = 0.1
+"""Of the slides [m/s]."""
+
+
+class TrialRig:
+    """A diagram built once that serves any number of trials, each from a fresh context.
+
+    ::
+
+       gantry.position_command ── ReferenceRamp ──┐
+                                                  ├── plant: slides, 2F-85, cube, table
+       gripper.position_command ── GripperController
+    """
+
+    def __init__(self, time_step: float) -> None:
+        """Build the diagram, its discrete solver's step in seconds."""
+        builder = DiagramBuilder()
+        plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step)
+        use_grasp_contact(plant)
+        add_models(plant, *MODEL_FILES)
+        table = RigidTransform([*COLUMN, 0.5])
+        plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table"), table)
+        plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("rail"))
+        # The gripper's orientation is a parameter of the context: one plant serves all 18.
+        self.mount = plant.AddFrame(
+            FixedOffsetFrame("mount", plant.GetFrameByName("carriage"), RigidTransform())
+        )
+        self.hand = plant.GetModelInstanceByName("robotiq_2f_85")
+        self.gantry = plant.GetModelInstanceByName("gantry")
+        plant.WeldFrames(self.mount, plant.GetFrameByName("base", self.hand))
+        prepare_gripper(plant, self.hand)
+        for axis in "xyz":
+            actuator = plant.GetJointActuatorByName(axis, self.gantry)
+            actuator.set_controller_gains(PdControllerGains(p=2e4, d=600.0))
+        for instance in (self.hand, self.gantry):
+            plant.set_gravity_enabled(instance, False)
+        plant.Finalize()
+        self.plant = plant
+        self.cube = plant.GetBodyByName(CUBE)
+
+        self.gripper = GripperController.add_to_builder(builder, plant, self.hand)
+        self.ramp = builder.AddNamedSystem(
+            "gantry_ramp", ReferenceRamp(3, speed=SPEED, period=time_step)
+        )
+        builder.Connect(
+            self.ramp.get_output_port(), plant.get_desired_state_input_port(self.gantry)
+        )
+        builder.ExportInput(self.ramp.get_input_port(), "gantry.position_command")
+        builder.ExportInput(
+            self.gripper.GetInputPort("position_command"), "gripper.position_command"
+        )
+        builder.ExportInput(plant.get_applied_generalized_force_input_port(), "support")
+        self.diagram = builder.Build()
+
+
+class TrialScene:
+    """One simulation on a rig, from a fresh context."""
+
+    def __init__(
+        self, rig: TrialRig, R_WG: RotationMatrix, *, friction: float, mass: float
+    ) -> None:
+        """Set what stays the same through a trial.
+
+        Args:
+            rig: the diagram.
+            R_WG: the gripper's orientation.
+            friction: coefficient, of everything.
+            mass: of the cube [kg].
+        """
+        self._rig, self.R_WG, self._mass = rig, R_WG, mass
+        self._simulator = Simulator(rig.diagram)
+        self._root = self._simulator.get_mutable_context()
+        self._context = rig.plant.GetMyMutableContextFromRoot(self._root)
+        p_GB = np.array([0.0, 0.0, -gripper.TCP_FROM_FLANGE])
+        rig.mount.SetPoseInParentFrame(self._context, RigidTransform(R_WG, R_WG @ p_GB))
+        self._set_friction(friction)
+        rig.cube.SetSpatialInertiaInBodyFrame(
+            self._context, SpatialInertia(mass, np.zeros(3), UnitInertia.SolidCube(CUBE_EDGE))
+        )
+
+    def start(self, p_WG: np.ndarray, width: float, X_WO: RigidTransform) -> None:
+        """Put gripper (opening in metres) and cube in place, at rest."""
+        rig = self._rig
+        rig.plant.SetPositions(self._context, rig.gantry, p_WG)
+        angles = gripper.joint_positions(float(gripper.knuckle_angle(width)))
+        for name, angle in zip(gripper.JOINTS, angles, strict=True):
+            rig.plant.GetJointByName(name, rig.hand).set_angle(self._context, angle)
+        rig.plant.SetFreeBodyPose(self._context, rig.cube, X_WO)
+        rig.ramp.set_reference(rig.ramp.GetMyMutableContextFromRoot(self._root), p_WG)
+        rig.gripper.set_opening(self._root, width)
+        self.support(False)
+        self._simulator.Initialize()
+
+    def command(self, p_WG: np.ndarray, width: float) -> None:
+        """Send the tool centre point and the opening on their way [m]."""
+        diagram = self._rig.diagram
+        diagram.GetInputPort("gantry.position_command").FixValue(self._root, p_WG)
+        diagram.GetInputPort("gripper.position_command").FixValue(self._root, [width])
+
+    def support(self, on: bool) -> None:
+        """Carry the cube's weight, while the fingers have not closed on it yet."""
+        force = np.zeros(self._rig.plant.num_velocities())
+        # A free body's velocities in the plant: angular, then linear; the last is along z.
+        last = self._rig.cube.floating_velocities_start_in_v() + 5
+        weight = -self._mass * self._rig.plant.gravity_field().gravity_vector()[2]
+        force[last] = weight if on else 0.0
+        self._rig.diagram.GetInputPort("support").FixValue(self._root, force)
+
+    def advance(self, seconds: float) -> None:
+        """Simulate on.
+
+        Raises:
+            RuntimeError: if the solver fails.
+        """
+        self._simulator.AdvanceTo(self._root.get_time() + seconds)
+
+    @property
+    def time(self) -> float:
+        """Since the start [s]."""
+        return self._root.get_time()
+
+    @property
+    def X_WO(self) -> RigidTransform:
+        """Pose of the cube."""
+        return self._rig.cube.EvalPoseInWorld(self._context)
+
+    @property
+    def X_GO(self) -> RigidTransform:
+        """Pose of the cube in the gripper."""
+        p_WG = self._rig.plant.GetPositions(self._context, self._rig.gantry)
+        return RigidTransform(self.R_WG, p_WG).inverse() @ self.X_WO
+
+    @property
+    def opening(self) -> float:
+        """Between the pads [m]."""
+        return self._measured("position_measured")
+
+    @property
+    def pad_force(self) -> float:
+        """Of each pad [N]."""
+        return self._measured("force_measured")
+
+    @property
+    def cube_speed(self) -> float:
+        """Of the cube, its spin counted at an edge's length [m/s]."""
+        velocity = self._rig.cube.EvalSpatialVelocityInWorld(self._context)
+        spin = np.linalg.norm(velocity.rotational()) * CUBE_EDGE
+        return float(np.linalg.norm(velocity.translational()) + spin)
+
+    def _measured(self, port: str) -> float:
+        controller = self._rig.gripper
+        context = controller.GetMyContextFromRoot(self._root)
+        return float(controller.GetOutputPort(port).Eval(context)[0])
+
+    def _set_friction(self, mu: float) -> None:
+        rig = self._rig
+        inspector = rig.scene_graph.model_inspector()
+        context = rig.scene_graph.GetMyMutableContextFromRoot(self._root)
+        for geometry_id in inspector.GetAllGeometryIds():
+            old = inspector.GetProximityProperties(geometry_id)
+            if old is None:
+                continue
+            properties = ProximityProperties(old)
+            properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(mu, mu))
+            rig.scene_graph.AssignRole(
+                context,
+                rig.plant.get_source_id(),
+                geometry_id,
+                properties,
+                RoleAssign.kReplace,
+            )

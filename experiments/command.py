@@ -133,6 +133,6 @@ def execute(
     except (InputError, ModelError) as error:
         raise _fail(str(error)) from None
     except OSError as error:
-        raise _fail(f"{error.filename}: {error.strerror}") from error
+        raise _fail(f"{error.filename or 'input or output'}: {error.strerror or error}") from error
     except KeyboardInterrupt:
         raise SystemExit(130) from None

@@ -1,0 +1,1 @@
+"""Other methods of inverse reinforcement learning, to compare with on the same models."""

@@ -1,0 +1,92 @@
+"""Behaviour cloning: predict the demonstrated action from features, without planning.
+
+A softmax classifier over each state's own feasible actions. The transition model says which
+those are; where they lead plays no part.
+"""
+
+import numpy as np
+from scipy import sparse
+from scipy.optimize import minimize
+
+from irl.baselines.features import Features, state_features
+from irl.baselines.softmax import acting_states, log_sum_exp
+from irl.choices import check_range
+from irl.demonstrations import Demonstrations
+from irl.likelihood import LikelihoodProblem
+from irl.mdp import TransitionModel
+
+
+def behaviour_cloning(
+    model: TransitionModel,
+    demonstrations: Demonstrations,
+    features: np.ndarray | None = None,
+    *,
+    l2: float = 1e-3,
+    tolerance: float = 1e-6,
+    max_iterations: int = 1000,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fit π(a | s) ∝ exp(φ(s)·ω_a + b_a) to the demonstrations, each counting the same.
+
+    Args:
+        model: the transition model.
+        demonstrations: labelled pairs, in any order.
+        features: Φ, ``[n_states, d]``, best of a size near 1; one indicator per state if absent,
+            which clones demonstrated states one by one and elsewhere tells the actions apart by
+            their frequency alone.
+        l2: price of (|ω|² + |b|²) / 2 against the mean log-likelihood, above 0, so that the
+            solution is unique and finite.
+        tolerance: largest gradient entry at which the fit ends.
+        max_iterations: the fit ends there in any case.
+
+    Returns:
+        log π(a | s) ``[n_states, n_actions]``, −∞ where infeasible, and the weights
+        ``[d + 1, n_actions]``, the biases b in the last row.
+
+    Raises:
+        InputError: if there is no demonstration, a pair is infeasible, ``l2`` is out of range,
+            or the features are not finite or have a wrong shape.
+    """
+    check_range("l2", l2, 0.0, open_low=True)
+    phi = sparse.csr_matrix(state_features(model, features))
+    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+    inputs = sparse.hstack([phi, np.ones((model.n_states, 1))], format="csr")
+    shape = inputs.shape[1], model.n_actions
+
+    def loss(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = value_and_gradient(model, problem, inputs, flat.reshape(shape))
+        return l2 / 2 * (flat @ flat) - value, l2 * flat - gradient.ravel()
+
+    answer = minimize(
+        loss,
+        np.zeros(shape[0] * shape[1]),
+        jac=True,
+        method="L-BFGS-B",
+        options={"gtol": tolerance, "ftol": 0.0, "maxiter": max_iterations},
+    )
+    weights = answer.x.reshape(shape)
+    _, first, segment = acting_states(model)
+    score = (inputs @ weights)[model.pair_state, model.pair_action]
+    return model.table(score - log_sum_exp(score, first, segment)[segment]), weights
+
+
+def value_and_gradient(
+    model: TransitionModel, problem: LikelihoodProblem, inputs: Features, weights: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Mean log-likelihood of the demonstrations, concave in the weights, and its gradient.
+
+    Args:
+        model: the transition model.
+        problem: the demonstrations, prepared.
+        inputs: features of every state, ``[n_states, d + 1]``, the last being 1.
+        weights: ``[d + 1, n_actions]``.
+
+    Returns:
+        The mean (≤ 0), and float64 ``[d + 1, n_actions]``.
+    """
+    seen = problem.seen
+    x, pair = inputs[seen.states], (seen.segment, model.pair_action[seen.rows])
+    score = (x @ weights)[pair]
+    log_pi = score - log_sum_exp(score, seen.first, seen.segment)[seen.segment]
+    surplus = np.zeros((seen.states.size, model.n_actions))
+    surplus[pair] = problem.label_share - problem.state_share[seen.segment] * np.exp(log_pi)
+    return float(problem.label_share @ log_pi), x.T @ surplus

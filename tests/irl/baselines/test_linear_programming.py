@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from irl.baselines.linear_programming import lp
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.planning import transition_matrix, value_iteration
+
+GAMMA = 0.9
+
+
+def leads(model: TransitionModel, policy: np.ndarray, gamma: float):
+    """(P_π − P_a)(I − γ P_π)⁻¹ for every pair passed over, dense, and the pairs' states."""
+    P_pi = transition_matrix(model, policy).toarray()
+    inverse = np.linalg.inv(np.eye(model.n_states) - gamma * P_pi)
+    rows, states = [], []
+    for s, a, row in zip(model.pair_state, model.pair_action, model.P.toarray(), strict=True):
+        if policy[s] not in (-1, a):
+            rows.append((P_pi[s] - row) @ inverse)
+            states.append(s)
+    return np.array(rows), np.array(states)
+
+
+def objective(lead, state, R, l1):
+    margins = [(lead[state == s] @ R).min() for s in np.unique(state)]
+    return sum(margins) - l1 * np.abs(R).sum()
+
+
+def dense_optimum(model, policy, gamma, l1, r_max):
+    """(3.7) as it is written: variables R, |R| and the minima, with the explicit inverse."""
+    lead, state = leads(model, policy, gamma)
+    n, m = model.n_states, np.unique(state).size
+    minimum = np.eye(m)[np.searchsorted(np.unique(state), state)]
+    I, O = np.eye(n), np.zeros((n, m))
+    A = np.block([[-lead, 0 * lead, minimum], [I, -I, O], [-I, -I, O]])
+    cost = np.concatenate([np.zeros(n), np.full(n, l1), -np.ones(m)])
+    bounds = [(-r_max, r_max)] * n + [(0, None)] * (n + m)
+    return -linprog(cost, A_ub=A, b_ub=np.zeros(len(A)), bounds=bounds).fun
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("l1", [0.0, 0.3, 2.0])
+def test_agrees_with_the_explicit_inverse(random_model, seed, l1):
+    rng = np.random.default_rng(seed)
+    model = random_model(rng, n_states=12, n_actions=3)
+    _, Q = value_iteration(model, rng.normal(size=12), GAMMA, terminal=[4])
+    policy = np.where(np.isfinite(Q).any(axis=1), Q.argmax(axis=1), -1)
+    assert policy[4] == policy[-1] == -1
+    R = lp(model, policy, GAMMA, l1=l1, r_max=2.0)
+    lead, state = leads(model, policy, GAMMA)
+    assert (lead @ R).min() >= -1e-8
+    assert np.abs(R).max() <= 2.0
+    reached = objective(lead, state, R, l1)
+    assert reached == pytest.approx(dense_optimum(model, policy, GAMMA, l1, 2.0), abs=1e-7)
+
+
+def test_the_given_policy_is_optimal_under_the_reward_found(stochastic):
+    _, Q = value_iteration(stochastic, np.random.default_rng(0).normal(size=12), GAMMA)
+    policy = np.where(np.isfinite(Q).any(axis=1), Q.argmax(axis=1), -1)
+    V, Q = value_iteration(stochastic, lp(stochastic, policy, GAMMA, l1=0.1), GAMMA)
+    acting = policy >= 0
+    np.testing.assert_allclose(Q[acting, policy[acting]], V[acting], atol=1e-7)
+
+
+def test_two_ends_have_their_closed_form():
+    # From 0, action 0 enters 1 and action 1 enters 2; both end. The margin is R(1) − R(2).
+    ends = TransitionModel.from_entries(
+        3, 2, np.array([0, 0]), np.array([0, 1]), np.array([1, 2]), np.ones(2)
+    )
+    policy = np.array([0, -1, -1])
+    np.testing.assert_allclose(lp(ends, policy, GAMMA, l1=0.9, r_max=5.0), [0, 5, -5], atol=1e-9)
+    np.testing.assert_allclose(lp(ends, policy, GAMMA, l1=1.1, r_max=5.0), 0, atol=1e-9)
+
+
+def test_recovers_the_grid(grid, optimal_policy, share_of_optimum):
+    R = lp(grid.model, optimal_policy, GAMMA)
+    assert R.argmax() == grid.goal_state
+    _, Q = value_iteration(grid.model, R, GAMMA)
+    # Margins may be 0: (3.7) leaves ties, which rounding hands to the lowest action, as in the
+    # policy that was given.
+    Q = Q.round(7)
+    assert share_of_optimum(Q.argmax(axis=1)).min() >= 0.99
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"policy": np.zeros(4)}, "integer"),
+        ({"policy": np.zeros(3, dtype=int)}, "integer"),
+        ({"policy": np.zeros(4, dtype=int)}, "state 3, action 0 is not feasible"),
+        ({"policy": np.array([5, 0, 0, -1])}, "state 0, action 5"),
+        ({"gamma": 1.0}, "gamma"),
+        ({"gamma": -0.1}, "gamma"),
+        ({"l1": -1.0}, "l1"),
+        ({"r_max": 0.0}, "r_max"),
+    ],
+)
+def test_bad_arguments_are_named(chain, arguments, words):
+    given = {"policy": np.array([1, 1, 1, -1]), "gamma": GAMMA} | arguments
+    with pytest.raises(InputError, match=words):
+        lp(chain, **given)

@@ -1,9 +1,11 @@
 """What a grasp trial is told and what it reports: plain records, nothing of the simulator."""
 
-from dataclasses import asdict, dataclass, field
+import math
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from diagrams.contact import TIME_STEP
+from models.errors import ModelError
 from models.task.spaces import Kind
 
 
@@ -35,6 +37,25 @@ class TrialConfig:
     """From the command to open until the gripper withdraws [s]."""
     rest_limit_s: float = 3.0
     """Longest wait for a released cube to come to rest [s]."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be simulated.
+
+        Raises:
+            ModelError: naming the field and what it may be.
+        """
+        for name in ("time_step", "close_s", "settle_s", "release_s"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ModelError(f"trial: {name} is {getattr(self, name)}; give seconds above 0")
+        for name in ("position_sd", "yaw_sd", "tilt_sd", "rest_limit_s"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ModelError(f"trial: {name} is {getattr(self, name)}; give 0 or more")
+        for name in ("friction", "mass"):
+            low, high = getattr(self, name)
+            if not 0.0 < low <= high < math.inf:
+                raise ModelError(
+                    f"trial: {name} is {low}, {high}; give two numbers above 0, the lower first"
+                )
 
 
 @dataclass(frozen=True)
@@ -93,7 +114,3 @@ class TrialRecord:
     noise: dict[str, float] = field(default_factory=dict)
     fault: str = ""
     cpu_s: float = 0.0
-
-    def as_dict(self) -> dict:
-        """Return plain values, ready for JSON."""
-        return asdict(self)

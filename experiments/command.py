@@ -122,6 +122,8 @@ def execute(
     """
     config = parse(config_type, arguments)
     try:
+        if getattr(config, "seed", 0) < 0:
+            raise InputError(f"--seed {config.seed}: give 0 or more")  # type: ignore[attr-defined]
         output = Output(config.out, config)  # type: ignore[attr-defined]
         try:
             result = main(config, output)

@@ -8,6 +8,7 @@ import numpy as np
 from tqdm import tqdm
 
 from irl.active import ActiveConfig, Progress, Result, active_fa_mlirl
+from irl.choices import check_range
 from irl.collection import held_out, initial_demonstrations
 from irl.demonstrations import Demonstrations, generalise
 from irl.demonstrators import OracleDemonstrator, OracleExpert
@@ -140,6 +141,7 @@ def learn(
     Raises:
         InputError: if the task data lack the features.
     """
+    check_range("least_purity", config.least_purity, 0.0, 1.0)
     if config.features not in task.features:
         raise InputError(
             f"features '{config.features}' are not in the task data; "

@@ -27,6 +27,7 @@ from diagrams.trial_rig import MODEL_FILES, TrialRig
 from experiments.command import Output, execute
 from experiments.robot_data import MAP, SHIPPED_ROBOT, load_feasibility
 from experiments.transition_plots import plot_coverage
+from irl.choices import check_range
 from irl.files import sha256
 from irl.generalisation import Generalisation
 from irl.task_data import TaskData, Transitions, save_task
@@ -95,6 +96,8 @@ Config = (
 def main(config: Run | Status | Export, output: Output) -> dict[str, Any]:
     """Tell one of the three stories."""
     if isinstance(config, Run):
+        check_range("--repetitions", config.repetitions, 1)
+        check_range("--workers", config.workers, 1)
         campaign = Campaign(
             config.trial, config.seed, description_hash(MODEL_FILES), _version("drake")
         )

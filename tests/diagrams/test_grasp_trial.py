@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,6 +7,7 @@ from diagrams.contact import TIME_STEP
 from diagrams.grasp_trial import run_trial, turn_to_flush
 from diagrams.trial_record import Outcome, Pair, TrialConfig
 from diagrams.trial_rig import TrialRig
+from models.errors import ModelError
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation
 from models.task.spaces import R_WG, R_WO, Kind
@@ -20,7 +23,7 @@ def try_pair():
 
 
 def facts(record):
-    return {key: value for key, value in record.as_dict().items() if key != "cpu_s"}
+    return replace(record, cpu_s=0.0)
 
 
 def orientation_after(record, pair):
@@ -71,3 +74,19 @@ def test_the_turn_to_flush_is_a_small_one_that_lays_a_face_on_the_pads(orientati
     closing = np.abs((R_GO @ turn)[1])
     assert np.sort(closing) == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
     assert np.linalg.norm(matrix_to_rotation_vector(turn)) <= np.radians(54.8)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"time_step": 0.0},
+        {"close_s": -1.0},
+        {"tilt_sd": float("nan")},
+        {"friction": (0.9, 0.6)},
+        {"mass": (0.0, 0.1)},
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_settings_that_cannot_be_simulated_are_named(wrong):
+    with pytest.raises(ModelError, match=next(iter(wrong))):
+        TrialConfig(**wrong)

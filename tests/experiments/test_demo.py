@@ -189,6 +189,8 @@ def test_a_policy_of_another_task_is_refused(capsys, tmp_path):
         (["--learning.features", "smell"], "rotation"),
         (["--learning.active.state-query", "whim"], "margin"),
         (["--starts", "999"], "431"),
+        (["--seed", "-1"], "--seed"),
+        (["--learning.least-purity", "3"], "least_purity"),
         (["--out", "/dev/null/out"], "--out"),
     ],
 )

@@ -81,10 +81,19 @@ def test_exported_task_data_say_what_is_measured_and_what_is_estimated(exported)
     assert task.provenance["campaign"]["seed"] == 3
 
 
-def test_a_missing_database_is_named(tmp_path):
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["status"], "none.db"),
+        (["run", "--workers", "0"], "--workers"),
+        (["run", "--repetitions", "0"], "--repetitions"),
+        (["run", "--trial.time-step", "-1"], "time_step"),
+    ],
+)
+def test_mistakes_are_told_in_one_line_and_leave_nothing(tmp_path, arguments, word):
     done = subprocess.run(
         [
-            *(sys.executable, "-m", "experiments.transitions", "status"),
+            *(sys.executable, "-m", "experiments.transitions", *arguments),
             *("--database", str(tmp_path / "none.db"), "--out", str(tmp_path / "out")),
         ],
         capture_output=True,
@@ -93,5 +102,5 @@ def test_a_missing_database_is_named(tmp_path):
     )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert "none.db" in done.stderr
-    assert not (tmp_path / "out").exists()
+    assert word in done.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,6 +1,7 @@
 """A command followed at limited speed."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 
@@ -17,10 +18,16 @@ class ReferenceRamp(LeafSystem):
     to start anywhere else.
     """
 
-    def __init__(self, size: int, *, speed: float, period: float) -> None:
-        """Ramp ``size`` components at ``speed`` per second, updated every ``period`` seconds."""
+    def __init__(self, size: int, *, speed: ArrayLike, period: float) -> None:
+        """Ramp ``size`` components, updated every ``period`` seconds.
+
+        Args:
+            size: number of components.
+            speed: of each, or of all, in their unit per second.
+            period: of the updates [s].
+        """
         super().__init__()
-        self._size, self._speed, self._period = size, speed, period
+        self._size, self._speed, self._period = size, np.asarray(speed), period
         self._command = self.DeclareVectorInputPort("command", size)
         self._state = self.DeclareDiscreteState(2 * size)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)

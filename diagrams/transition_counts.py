@@ -1,7 +1,7 @@
 """From trials to transition probabilities: each trial speaks for its whole symmetry class."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -17,16 +17,16 @@ from models.task.spaces import (
     LOST,
     N_ACTIONS,
     N_STATES,
-    N_XY,
     POSITIONS,
     R_WO,
     REST_HEIGHT,
     Kind,
     decode_actions,
-    encode_actions,
+    decode_states,
     encode_states,
 )
-from models.task.symmetry import SymmetryClasses, transport
+from models.task.symmetry import transport
+from models.task.trial_classes import TrialClasses
 
 
 class Evidence(IntEnum):
@@ -57,57 +57,37 @@ class TransitionEntries(NamedTuple):
     evidence: np.ndarray
 
 
-TRIAL_XY = 4
-"""Column of the table's middle, where trials happen."""
-
-
 def transition_entries(
     feasible: np.ndarray,
     trials: Iterable[tuple[Pair, int, TrialRecord]],
-    classes: SymmetryClasses,
+    classes: TrialClasses,
 ) -> TransitionEntries:
     """Fill every feasible pair: from its class's trials, else from the geometric estimate.
 
-    A trial of a class's representative is carried to each member by one of its scene maps; a
-    member with several maps takes them in turn, since all are equally true. A fault counts for
-    nothing.
+    A trial is carried to each member of its class by one of the scene maps; a member with
+    several maps takes them in turn, since all are equally true. A fault counts for nothing.
 
     Args:
         feasible: bool ``[N_STATES or more, N_ACTIONS]``.
-        trials: (pair, repetition, record), the pairs representatives of ``classes``.
+        trials: (pair, repetition, record), of pairs that stand for their classes.
         classes: which pairs share trials.
     """
-    grouped: dict[tuple[int, Kind, int], list[tuple[int, TrialRecord]]] = defaultdict(list)
-    for pair, repetition, record in trials:
-        if record.outcome != Outcome.FAULT:
-            number = int(classes.pair_class[pair.orientation, pair.gripper])
-            grouped[number, pair.kind, pair.layer].append((repetition, record))
+    by_class: dict[int, list[Trial]] = defaultdict(list)
+    for trial in sorted(trials, key=_key):
+        if trial[2].outcome != Outcome.FAULT:
+            by_class[int(classes.number(trial[0].state, trial[0].action))].append(trial)
 
-    tried = [
-        _class_entries(classes, number, kind, layer, [r for _, r in sorted(records, key=_first)])
-        for (number, kind, layer), records in sorted(grouped.items())
-    ]
-    columns = (
-        [np.concatenate(column) for column in zip(*tried, strict=True)]
-        if tried
-        else [np.zeros(0, dtype=np.int64) for _ in range(6)]
-    )
-    entries = TransitionEntries(*columns)
-    allowed = feasible[entries.state, entries.action]
-    entries = TransitionEntries(*(column[allowed] for column in entries))
-
+    parts = [_class_entries(classes, number, by_class[number]) for number in sorted(by_class)]
+    parts = [_select(part, feasible[part.state, part.action]) for part in parts]
     rest = feasible[:N_STATES].copy()
-    rest[entries.state, entries.action] = False
+    for part in parts:
+        rest[part.state, part.action] = False
     estimate = estimated_transitions(rest)
     n = estimate.state.size
-    columns = [
-        np.concatenate([ours, theirs])
-        for ours, theirs in zip(
-            entries,
-            (*estimate, np.zeros(n, dtype=np.int64), np.full(n, Evidence.ESTIMATED)),
-            strict=True,
-        )
-    ]
+    zero, estimated = np.zeros(n, dtype=np.int64), np.full(n, Evidence.ESTIMATED)
+    parts.append(TransitionEntries(*estimate, zero, estimated))
+
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     order = np.lexsort((columns[2], columns[1], columns[0]))
     types = (np.int32, np.int32, np.int32, np.float64, np.int64, np.uint8)
     return TransitionEntries(
@@ -129,76 +109,74 @@ def count_pairs(entries: TransitionEntries) -> dict[str, dict[str, int]]:
     }
 
 
-def _first(item: tuple[int, TrialRecord]) -> int:
-    return item[0]
+Trial = tuple[Pair, int, TrialRecord]
+
+
+def _key(trial: Trial) -> tuple[int, Pair]:
+    """Order by repetition, so that equally true scene maps share the trials evenly."""
+    return trial[1], trial[0]
+
+
+def _select(entries: TransitionEntries, which: np.ndarray) -> TransitionEntries:
+    return TransitionEntries(*(column[which] for column in entries))
 
 
 def _class_entries(
-    classes: SymmetryClasses,
-    number: int,
-    kind: Kind,
-    layer: int,
-    records: list[TrialRecord],
+    classes: TrialClasses, number: int, trials: Sequence[Trial]
 ) -> TransitionEntries:
-    """Entries of every member of a class, in every column of the table."""
+    """Entries of every pair of a class."""
+    records = [record for _, _, record in trials]
     turn = rotation_vector_to_matrix(np.array([record.turn for record in records]))
     moved = np.array([record.displacement for record in records])
     held = np.array([record.outcome == Outcome.HELD for record in records])
-    parts = [
-        _member_entries(classes, (int(o), int(g)), kind, layer, (turn, moved, held))
-        for o, g in np.argwhere(classes.pair_class == number)
-    ]
-    return TransitionEntries(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    kind = classes.kind(number)
+    orientation, gripper, after, pairs = classes.members(number)
+    use = _scene_maps(classes, number, orientation, gripper, after, len(records))
+    symmetry = classes.symmetry(kind)
+    member = (orientation, gripper, after)[: symmetry.pair_class.ndim]
+    S = symmetry.S[member][np.arange(len(orientation))[:, None], use]
+    turn, moved = transport(turn, S, symmetry.mirrored[use], moved)  # [m, trials, …]
+    new_orientation, _ = nearest_orientation(turn @ R_WO[orientation][:, None])
+
+    # Where the hand is in the end; a cube it does not hold lies beneath, give or take.
+    origin = decode_states(pairs.state).position
+    target = decode_actions(pairs.action).target
+    cell = (target if kind == Kind.TRANSLATE else origin)[..., None]  # [m, places, 1]
+    p_WO = POSITIONS[cell] + moved[:, None]
+    p_WO[..., 2] = REST_HEIGHT
+    ix = np.abs(GRID_X - p_WO[..., :1]).argmin(axis=-1)
+    iy = np.abs(GRID_Y - p_WO[..., 1:2]).argmin(axis=-1)
+    place = np.where(held, cell, 2 * (3 * ix + iy))
+    hand = np.where(held, after[:, None, None], -1)
+    next_state = encode_states(place, new_orientation[:, None], hand)
+    next_state = np.where(~held & off_table(p_WO), LOST, next_state)
+
+    pair = pairs.state * N_ACTIONS + pairs.action
+    keys, count = np.unique(pair[..., None] * (N_STATES + 1) + next_state, return_counts=True)
+    pair, next_state = np.divmod(keys, N_STATES + 1)
+    state, action = np.divmod(pair, N_ACTIONS)
+    tried = [tried.state * N_ACTIONS + tried.action for tried, _, _ in trials]
+    evidence = np.where(np.isin(pair, tried), Evidence.MEASURED, Evidence.KERNEL)
+    return TransitionEntries(state, action, next_state, count / len(records), count, evidence)
 
 
-def _member_entries(
-    classes: SymmetryClasses,
-    member: tuple[int, int],
-    kind: Kind,
-    layer: int,
-    outcomes: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> TransitionEntries:
-    """Entries of one (orientation, gripper) pair, in every column of the table."""
-    orientation, hand = member
-    turn, moved, held = outcomes
-    representative = (classes.representative == member).all(axis=1).any()
-    maps = np.flatnonzero(classes.valid[member])
-    # What was measured is left as it was; what is inferred spreads over all equal maps.
-    turns = np.zeros(len(held), dtype=int) if representative else np.arange(len(held)) % maps.size
-    use = maps[turns]
-    turn, moved = transport(turn, classes.S[member][use], classes.mirrored[use], moved)
-    after, _ = nearest_orientation(turn @ R_WO[orientation])
-
-    column = np.arange(N_XY)[:, None]
-    p = POSITIONS[2 * column] + moved
-    p[..., 2] = REST_HEIGHT
-    ix = np.abs(GRID_X - p[..., :1]).argmin(axis=-1)
-    iy = np.abs(GRID_Y - p[..., 1:2]).argmin(axis=-1)
-    # A held cube is where the gripper is, and that went to the cell's centre.
-    place = np.where(held, 2 * column, 2 * (3 * ix + iy))
-    next_state = encode_states(place, after, np.where(held, hand, -1))
-    next_state = np.where(~held & off_table(p), LOST, next_state)
-
-    if kind == Kind.GRASP:
-        state = encode_states(2 * column, orientation, -1)
-        action = encode_actions(kind, hand)
-    else:
-        state = encode_states(2 * column + layer, orientation, hand)
-        action = encode_actions(kind, 0)
-    key = np.broadcast_to(state, next_state.shape).astype(np.int64) * (N_STATES + 1) + next_state
-    keys, count = np.unique(key, return_counts=True)
-    state, next_state = np.divmod(keys, N_STATES + 1)
-    evidence = np.full(keys.size, Evidence.KERNEL)
-    if representative:
-        here = state == encode_states(
-            2 * TRIAL_XY + layer, orientation, hand if kind == Kind.DROP else -1
-        )
-        evidence[here] = Evidence.MEASURED
-    return TransitionEntries(
-        state,
-        np.full(keys.size, int(action)),
-        next_state,
-        count / len(held),
-        count,
-        evidence,
-    )
+def _scene_maps(
+    classes: TrialClasses,
+    number: int,
+    orientation: np.ndarray,
+    gripper: np.ndarray,
+    after: np.ndarray,
+    n_trials: int,
+) -> np.ndarray:
+    """Which scene map carries each trial to each member of a class, int ``[m, n_trials]``."""
+    symmetry = classes.symmetry(classes.kind(number))
+    rest, _ = classes.within(number)
+    use = np.empty((len(orientation), n_trials), dtype=np.int64)
+    for row, member in enumerate(zip(orientation, gripper, after, strict=True)):
+        key = tuple(int(part) for part in member[: symmetry.pair_class.ndim])
+        maps = np.flatnonzero(symmetry.valid[key])
+        # What was measured is left as it was; what is inferred spreads over all equal maps.
+        representative = (symmetry.representative[rest] == key).all()
+        use[row] = 0 if representative else maps[np.arange(n_trials) % maps.size]
+    return use

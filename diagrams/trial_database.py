@@ -10,7 +10,6 @@ from typing import Any
 
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from models.errors import ModelError
-from models.task.spaces import Kind
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS configuration (
@@ -20,15 +19,16 @@ CREATE TABLE IF NOT EXISTS configuration (
 );
 CREATE TABLE IF NOT EXISTS trial (
     configuration TEXT NOT NULL,
-    kind INTEGER NOT NULL,
-    orientation INTEGER NOT NULL,
-    gripper INTEGER NOT NULL,
-    layer INTEGER NOT NULL,
+    state INTEGER NOT NULL,
+    action INTEGER NOT NULL,
     repetition INTEGER NOT NULL,
     outcome TEXT NOT NULL,
     turn_x REAL NOT NULL, turn_y REAL NOT NULL, turn_z REAL NOT NULL,
     displacement_x REAL NOT NULL, displacement_y REAL NOT NULL, displacement_z REAL NOT NULL,
+    snap_angle REAL NOT NULL,
+    drift REAL NOT NULL,
     lift_height REAL NOT NULL,
+    clearance REAL NOT NULL,
     slip REAL NOT NULL,
     in_hand_rotation REAL NOT NULL,
     pad_force REAL NOT NULL,
@@ -37,13 +37,16 @@ CREATE TABLE IF NOT EXISTS trial (
     noise TEXT NOT NULL,
     fault TEXT NOT NULL,
     cpu_s REAL NOT NULL,
-    UNIQUE (configuration, kind, orientation, gripper, layer, repetition)
+    UNIQUE (configuration, state, action, repetition)
 );
 """
 _VECTORS = ("turn", "displacement")
 _PLAIN = (
     "outcome",
+    "snap_angle",
+    "drift",
     "lift_height",
+    "clearance",
     "slip",
     "in_hand_rotation",
     "pad_force",
@@ -52,7 +55,7 @@ _PLAIN = (
     "fault",
     "cpu_s",
 )
-_KEY = ("kind", "orientation", "gripper", "layer", "repetition")
+_KEY = ("state", "action", "repetition")
 
 
 @dataclass(frozen=True)
@@ -126,7 +129,7 @@ class TrialDatabase:
     def done(self) -> set[tuple[Pair, int]]:
         """Trials in the database: pair and repetition."""
         rows = self._connection.execute(f"SELECT {', '.join(_KEY)} FROM trial")
-        return {(_pair(row), row[4]) for row in rows}
+        return {(Pair(*row[:2]), row[2]) for row in rows}
 
     def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
         """Commit one trial.
@@ -136,10 +139,8 @@ class TrialDatabase:
         """
         values: dict[str, Any] = {
             "configuration": self.hash,
-            "kind": int(pair.kind),
-            "orientation": pair.orientation,
-            "gripper": pair.gripper,
-            "layer": pair.layer,
+            "state": pair.state,
+            "action": pair.action,
             "repetition": repetition,
             "noise": json.dumps(record.noise),
         }
@@ -166,20 +167,16 @@ class TrialDatabase:
             f"ORDER BY {', '.join(_KEY)}"
         )
         for row in rows:
-            plain = dict(zip(_PLAIN, row[5:], strict=False))
+            plain = dict(zip(_PLAIN, row[len(_KEY) :], strict=False))
             plain["outcome"] = Outcome(plain["outcome"])
-            values = row[5 + len(_PLAIN) : -1]
+            values = row[len(_KEY) + len(_PLAIN) : -1]
             yield (
-                _pair(row),
-                row[4],
+                Pair(*row[:2]),
+                row[2],
                 TrialRecord(
                     **plain, turn=values[:3], displacement=values[3:], noise=json.loads(row[-1])
                 ),
             )
-
-
-def _pair(row: tuple) -> Pair:
-    return Pair(Kind(row[0]), *row[1:4])
 
 
 def _difference(stored: dict[str, Any], campaign: Campaign) -> str:

@@ -6,7 +6,6 @@ from enum import StrEnum
 
 from diagrams.contact import TIME_STEP
 from models.errors import ModelError
-from models.task.spaces import Kind
 
 
 @dataclass(frozen=True)
@@ -58,21 +57,17 @@ class TrialConfig:
                 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class Pair:
-    """What is tried: the action, from which nominal state, at the table's middle.
+    """What is tried.
 
     Attributes:
-        kind: GRASP or DROP.
-        orientation: the cube's nominal orientation 0…47.
-        gripper: gripper orientation 0…17, the grasp's or the one that holds the cube.
-        layer: 0 or 1, the height z = 0.55 or 0.60 m of a drop; 0 for a grasp.
+        state: index of the nominal state that the trial begins in.
+        action: index of the action.
     """
 
-    kind: Kind
-    orientation: int
-    gripper: int
-    layer: int = 0
+    state: int
+    action: int
 
 
 class Outcome(StrEnum):
@@ -90,8 +85,13 @@ class TrialRecord:
     Attributes:
         outcome: `HELD` or `FREE`; `FAULT` if the simulator failed, which judges nothing.
         turn: rotation vector of R_WO_after · R_WOᵀ, from the nominal orientation.
-        displacement: of the cube's centre, from the nominal column or cell.
-        lift_height: how far the cube's centre rose (grasp), or its height above rest (drop).
+        displacement: of the cube's centre at the end, from where the action would leave it: its
+            place on the table before a grasp, the hand's cell before a drop, the target cell of
+            a motion.
+        snap_angle: from the cube's orientation to the nearest of the 48.
+        drift: horizontal part of the displacement.
+        lift_height: of the cube's centre above where it would rest on the table.
+        clearance: smallest distance of the hand from the table, between the phases of the trial.
         slip: motion of the cube in the hand during the lift, or while it was held.
         in_hand_rotation: turn of the cube against the gripper over the same time.
         pad_force: force of each pad before the lift or the release.
@@ -103,9 +103,12 @@ class TrialRecord:
     """
 
     outcome: Outcome
-    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    displacement: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: tuple[float, ...] = (0.0, 0.0, 0.0)
+    displacement: tuple[float, ...] = (0.0, 0.0, 0.0)
+    snap_angle: float = 0.0
+    drift: float = 0.0
     lift_height: float = 0.0
+    clearance: float = 0.0
     slip: float = 0.0
     in_hand_rotation: float = 0.0
     pad_force: float = 0.0

@@ -20,13 +20,28 @@ def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> tu
     """
     if not 0 <= successes <= trials or trials == 0:
         raise InputError(f"interval: {successes} successes in {trials} trials is no share")
+    low, high = wilson_intervals(np.array(successes), np.array(trials), confidence)
+    return float(low), float(high)
+
+
+def wilson_intervals(
+    successes: np.ndarray, trials: np.ndarray, confidence: float = 0.95
+) -> tuple[np.ndarray, np.ndarray]:
+    """Wilson's score intervals, element by element; NaN without trials.
+
+    Args:
+        successes: ``[...]``, from 0 to the number of trials.
+        trials: ``[...]``.
+        confidence: coverage aimed at.
+    """
     z = float(ndtri(0.5 + confidence / 2))
-    share = successes / trials
-    centre = share + z * z / (2 * trials)
-    half = z * np.sqrt(share * (1 - share) / trials + (z / (2 * trials)) ** 2)
-    scale = 1 + z * z / trials
+    n = np.where(trials > 0, trials, np.nan)
+    share = successes / n
+    centre = share + z * z / (2 * n)
+    half = z * np.sqrt(share * (1 - share) / n + (z / (2 * n)) ** 2)
+    scale = 1 + z * z / n
     # Rounding must not push the ends outside what is possible.
-    return max(0.0, float((centre - half) / scale)), min(1.0, float((centre + half) / scale))
+    return np.maximum(0.0, (centre - half) / scale), np.minimum(1.0, (centre + half) / scale)
 
 
 def bootstrap_interval(

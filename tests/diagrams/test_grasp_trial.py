@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from diagrams.contact import TIME_STEP
-from diagrams.grasp_trial import run_trial, turn_to_flush
+from diagrams.grasp_trial import run_trial
 from diagrams.trial_record import Outcome, Pair, TrialConfig
 from diagrams.trial_rig import TrialRig
 from models.errors import ModelError
-from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
+from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation
-from models.task.spaces import R_WG, R_WO, Kind
+from models.task.spaces import R_WG, R_WO, Action, Kind, State, decode_states
 
+DROP = Action(Kind.DROP)
 QUIET = TrialConfig(position_sd=0.0, yaw_sd=0.0, tilt_sd=0.0, friction=(0.8, 0.8), mass=(0.1, 0.1))
 
 
@@ -22,18 +23,26 @@ def try_pair():
     return lambda pair, seed, config=QUIET: run_trial(rig, config, pair, seed)
 
 
+def grasp(orientation, gripper):
+    return Pair(State(8, orientation).index, Action(Kind.GRASP, gripper).index)
+
+
+def held(orientation, gripper, action, position=8):
+    return Pair(State(position, orientation, gripper).index, action.index)
+
+
 def facts(record):
     return replace(record, cpu_s=0.0)
 
 
 def orientation_after(record, pair):
-    R = rotation_vector_to_matrix(np.array(record.turn)) @ R_WO[pair.orientation]
-    return int(nearest_orientation(R)[0])
+    before = R_WO[decode_states(pair.state).orientation]
+    return int(nearest_orientation(rotation_vector_to_matrix(record.turn) @ before)[0])
 
 
 @pytest.mark.parametrize("gripper", [10, 5], ids=["vertical", "tilted"])
 def test_a_flush_grasp_lifts_the_cube_and_keeps_it_as_it_is(try_pair, gripper):
-    pair = Pair(Kind.GRASP, 0, gripper)
+    pair = grasp(0, gripper)
     record = try_pair(pair, 0)
     assert record.outcome == Outcome.HELD
     assert record.lift_height > 0.02
@@ -44,7 +53,7 @@ def test_a_flush_grasp_lifts_the_cube_and_keeps_it_as_it_is(try_pair, gripper):
 
 
 def test_a_level_release_sets_the_cube_down_on_the_same_face(try_pair):
-    pair = Pair(Kind.DROP, 8, 10, 0)
+    pair = held(8, 10, DROP)
     record = try_pair(pair, 0)
     assert record.outcome == Outcome.FREE
     assert abs(record.lift_height) < 1e-3
@@ -53,27 +62,43 @@ def test_a_level_release_sets_the_cube_down_on_the_same_face(try_pair):
 
 
 def test_a_trial_is_the_same_whatever_ran_before_it(try_pair):
-    pair = Pair(Kind.DROP, 0, 5, 1)
+    pair = held(0, 5, DROP, position=9)
     first = try_pair(pair, 7, TrialConfig())
-    try_pair(Pair(Kind.GRASP, 0, 11), 3, TrialConfig())
+    try_pair(grasp(0, 11), 3, TrialConfig())
     assert facts(try_pair(pair, 7, TrialConfig())) == facts(first)
 
 
 def test_noise_follows_the_seed_alone(try_pair):
-    records = [try_pair(Pair(Kind.GRASP, 0, 10), seed, TrialConfig()) for seed in (1, 1, 2)]
+    records = [try_pair(grasp(0, 10), seed, TrialConfig()) for seed in (1, 1, 2)]
     assert facts(records[0]) == facts(records[1])
     assert records[0].noise != records[2].noise
     assert 0.6 <= records[0].noise["friction"] <= 0.9
 
 
-@pytest.mark.parametrize("gripper", [0, 5, 7, 9, 10, 11])
-@pytest.mark.parametrize("orientation", [0, 1, 13])
-def test_the_turn_to_flush_is_a_small_one_that_lays_a_face_on_the_pads(orientation, gripper):
-    R_GO = R_WG[gripper].T @ R_WO[orientation]
-    turn = turn_to_flush(R_GO)
-    closing = np.abs((R_GO @ turn)[1])
-    assert np.sort(closing) == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
-    assert np.linalg.norm(matrix_to_rotation_vector(turn)) <= np.radians(54.8)
+@pytest.mark.parametrize("target", [2, 17], ids=["near", "far and up"])
+def test_a_carried_cube_goes_where_the_hand_goes(try_pair, target):
+    record = try_pair(held(0, 10, Action(Kind.TRANSLATE, target), position=0), 0)
+    assert record.outcome == Outcome.HELD
+    assert record.drift < 1e-3 and record.slip < 5e-4
+    assert np.linalg.norm(record.turn) < 0.01
+    assert record.clearance > 0.01
+
+
+@pytest.mark.parametrize(("gripper", "target"), [(10, 0), (10, 14), (5, 12), (7, 9)])
+def test_a_cube_turns_with_the_hand_that_holds_it(try_pair, gripper, target):
+    record = try_pair(held(0, gripper, Action(Kind.ROTATE, target)), 0)
+    assert record.outcome == Outcome.HELD
+    turn = rotation_vector_to_matrix(record.turn)
+    # Grippers 7 and 9 hold it by its edges, where it finds its balance first.
+    assert geodesic_angle(turn, R_WG[target] @ R_WG[gripper].T) < 0.05
+    assert record.in_hand_rotation < (0.05 if gripper == 7 else 0.01)
+
+
+def test_a_cube_that_slips_out_of_the_hand_ends_free_and_at_rest(try_pair):
+    slippery = replace(QUIET, friction=(0.01, 0.01))
+    record = try_pair(held(0, 10, Action(Kind.TRANSLATE, 17), position=0), 0, slippery)
+    assert record.outcome == Outcome.FREE
+    assert record.lift_height < 0.02 and record.speed < 0.01
 
 
 @pytest.mark.parametrize(

@@ -3,20 +3,24 @@ import pytest
 
 from diagrams.transition_counts import Evidence, count_pairs, transition_entries
 from diagrams.trial_record import Outcome, Pair, TrialRecord
+from models.rotations import matrix_to_rotation_vector
+from models.task.estimate import estimated_transitions
 from models.task.pairs import nominal_pairs
 from models.task.spaces import (
     LOST,
     N_ACTIONS,
     N_STATES,
+    R_WG,
     Action,
     Kind,
     State,
 )
-from models.task.symmetry import symmetry_classes
+from models.task.trial_classes import trial_classes
 
-CLASSES = symmetry_classes()
+CLASSES = trial_classes()
 QUARTER = (0.0, 0.0, np.pi / 2)
-GRASP, DROP = Pair(Kind.GRASP, 0, 10), Pair(Kind.DROP, 0, 10, 0)
+GRASP = Pair(State(8, 0).index, Action(Kind.GRASP, 10).index)
+DROP = Pair(State(8, 0, 10).index, Action(Kind.DROP).index)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +105,7 @@ def test_faults_judge_nothing(feasible):
 
 def test_pairs_are_counted_by_evidence(feasible):
     counts = count_pairs(entries(feasible, HELD))
-    members = int(CLASSES.n_members[CLASSES.pair_class[0, 10]])
+    members = int(CLASSES.hands.n_members[CLASSES.hands.pair_class[0, 10]])
     assert counts["grasp"]["measured"] == 1
     assert counts["grasp"]["kernel"] == 9 * members - 1
     assert counts["rotate"]["measured"] + counts["rotate"]["kernel"] == 0
@@ -115,3 +119,44 @@ def test_the_order_of_trials_does_not_matter(feasible, order):
     found = transition_entries(feasible, shuffled, CLASSES)
     straight = entries(feasible, *records)
     assert all(np.array_equal(a, b) for a, b in zip(found, straight, strict=True))
+
+
+def rigid(pair):
+    """What a hand that never slips would record."""
+    state, action = State.from_index(pair.state), Action.from_index(pair.action)
+    if action.kind == Kind.DROP:
+        return TrialRecord(Outcome.FREE)
+    if action.kind != Kind.ROTATE:
+        return TrialRecord(Outcome.HELD)
+    turn = R_WG[action.target] @ R_WG[state.gripper].T
+    return TrialRecord(Outcome.HELD, turn=tuple(matrix_to_rotation_vector(turn)))
+
+
+def test_trials_of_a_rigid_hand_give_every_pair_what_geometry_says(feasible):
+    trials = []
+    for number in range(CLASSES.n_classes):
+        pair = Pair(*map(int, CLASSES.tried(number, 0)))
+        trials.append((pair, 0, rigid(pair)))
+    found = transition_entries(feasible, trials, CLASSES)
+    assert not (found.evidence == Evidence.ESTIMATED).any()
+    estimate = estimated_transitions(feasible)
+    likely = {
+        (s, a): set()
+        for s, a in zip(estimate.state.tolist(), estimate.action.tolist(), strict=True)
+    }
+    for s, a, n in zip(*(column.tolist() for column in estimate[:3]), strict=True):
+        likely[s, a].add(n)
+    # One trial has one outcome; where two orientations are equally near, it is one of them.
+    assert len(found.state) == len(likely)
+    for s, a, n in zip(*(column.tolist() for column in found[:3]), strict=True):
+        assert n in likely[s, a]
+
+
+def test_a_translation_is_measured_where_it_was_tried_and_follows_elsewhere(feasible):
+    there = Action(Kind.TRANSLATE, 5)
+    pair = Pair(State(2, 0, 10).index, there.index)
+    found = entries(feasible, HELD, pair=pair)
+    here = outcomes(found, State(2, 0, 10), there)
+    assert here == {State(5, 0, 10).index: (1.0, 1, Evidence.MEASURED)}
+    other = outcomes(found, State(17, 8, 12), Action(Kind.TRANSLATE, 0))
+    assert other == {State(0, 8, 12).index: (1.0, 1, Evidence.KERNEL)}

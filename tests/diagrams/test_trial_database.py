@@ -5,10 +5,9 @@ import pytest
 from diagrams.trial_database import Campaign, TrialDatabase
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from models.errors import ModelError
-from models.task.spaces import Kind
 
 CAMPAIGN = Campaign(TrialConfig(), seed=0, description="d", drake="1")
-PAIR = Pair(Kind.DROP, 3, 5, 1)
+PAIR = Pair(9000, 54)
 RECORD = TrialRecord(
     Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise={"x": 0.1}
 )

@@ -53,9 +53,32 @@ def test_classes_are_an_equivalence(classes):
 
 
 def test_a_representatives_first_map_is_the_identity(classes):
-    for o, g in classes.representative:
-        assert classes.valid[o, g, 0] and not classes.mirrored[0]
-        np.testing.assert_allclose(classes.S[o, g, 0], np.eye(3), atol=1e-12)
+    for each in (classes, symmetry.rotation_classes(mirror=len(classes.mirrored) > 2)):
+        for representative in map(tuple, each.representative):
+            assert each.valid[(*representative, 0)] and not each.mirrored[0]
+            np.testing.assert_allclose(each.S[(*representative, 0)], np.eye(3), atol=1e-12)
+
+
+@pytest.mark.parametrize(("mirror", "n_classes"), [(True, 146), (False, 262)])
+def test_rotations_are_alike_if_both_ends_of_the_turn_are(mirror, n_classes):
+    classes = symmetry.rotation_classes(mirror=mirror)
+    assert classes.n_classes == n_classes
+    assert classes.n_members.sum() == 48 * 18 * 17
+    stays = classes.pair_class[:, np.arange(18), np.arange(18)]
+    assert (stays == -1).all()
+    rng = np.random.default_rng(0)
+    for o, g, h in rng.integers([48, 18, 18], size=(300, 3)):
+        if g == h:
+            continue
+        representative = classes.representative[classes.pair_class[o, g, h]]
+        R_O, R_G, R_H = R_WO[representative[0]], *R_WG[representative[1:]]
+        for m in np.flatnonzero(classes.valid[o, g, h]):
+            flip = MIRROR if classes.mirrored[m] else np.eye(3)
+            scene = classes.S[o, g, h, m] @ flip
+            # The turn in the world, hand and cube moving alike, is the member's own.
+            turn = scene @ R_H @ R_G.T @ scene.T
+            np.testing.assert_allclose(turn, R_WG[h] @ R_WG[g].T, atol=1e-9)
+            assert np.abs(scene @ R_O @ flip @ CUBE - R_WO[o]).max(axis=(1, 2)).min() < 1e-9
 
 
 def test_kinds_of_gripper_do_not_mix(classes):

@@ -1,0 +1,70 @@
+"""How a trial begins: the noise it draws, and how a held cube lies in the hand."""
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+
+from diagrams.trial_record import TrialConfig
+from models.gripper_poses import RETREAT
+from models.rotations import geodesic_angle, rotation_vector_to_matrix
+from models.task.spaces import CUBE_EDGE, R_WG, R_WO
+
+FLUSH_LIMIT = np.radians(22.5)
+"""Largest misalignment [rad] that closing fingers turn flush; beyond it edges jam."""
+
+
+def draw_noise(config: TrialConfig, rng: np.random.Generator) -> dict[str, float]:
+    """Draw every random quantity of a trial, always all and in the same order."""
+    return {
+        "x": rng.normal(0.0, config.position_sd),
+        "y": rng.normal(0.0, config.position_sd),
+        "yaw": rng.normal(0.0, config.yaw_sd),
+        "turn_about_closing": rng.normal(0.0, config.tilt_sd),
+        "gripper_roll": rng.normal(0.0, config.tilt_sd),
+        "gripper_pitch": rng.normal(0.0, config.tilt_sd),
+        "friction": rng.uniform(*config.friction),
+        "mass": rng.uniform(*config.mass),
+    }
+
+
+def held_pose(orientation: int, gripper: int, noise: dict[str, float]) -> RigidTransform:
+    """X_GO with which a held state begins: what a grasp would have left, and noise.
+
+    Closing turns a nearly flush cube flush; one that is further off is held by its edges. A
+    cube that shows the palm an edge was grasped with the fingers drawn back.
+
+    Args:
+        orientation: the cube's nominal orientation 0…47.
+        gripper: gripper orientation 0…17.
+        noise: as `draw_noise` gives it.
+    """
+    R_GO = R_WG[gripper].T @ R_WO[orientation]
+    flush = R_GO @ turn_to_flush(R_GO)
+    if geodesic_angle(R_GO, flush) < FLUSH_LIMIT:
+        R_GO = flush
+    R_GO = rotation_vector_to_matrix([0.0, noise["turn_about_closing"], 0.0]) @ R_GO
+    depth = 0.5 * CUBE_EDGE * np.abs(R_GO[2]).sum()
+    drawn_back = RETREAT if depth > 0.6 * CUBE_EDGE else 0.0
+    # Within the pads' plane; across it the fingers centre the cube.
+    return RigidTransform(RotationMatrix(R_GO), [noise["x"], 0.0, noise["y"] + drawn_back])
+
+
+def turn_to_flush(R_GO: np.ndarray) -> np.ndarray:
+    """Smallest turn, in the cube's frame, that lays a face's normal along the closing axis.
+
+    Args:
+        R_GO: the cube's orientation in the gripper ``[3, 3]``.
+
+    Returns:
+        ``turn [3, 3]``, such that ``R_GO @ turn`` is flush.
+    """
+    closing_O = R_GO[1]
+    normal_O = np.zeros(3)
+    nearest = int(np.abs(closing_O).argmax())
+    normal_O[nearest] = np.sign(closing_O[nearest])
+    axis = np.cross(closing_O, normal_O)
+    sine = float(np.linalg.norm(axis))
+    if sine < 1e-12:
+        return np.eye(3)
+    angle = np.arctan2(sine, float(closing_O @ normal_O))
+    # R_GO · turn has the normal as its closing row: rotate the closing axis onto it.
+    return rotation_vector_to_matrix(-angle * axis / sine)

@@ -1,0 +1,65 @@
+"""Where trials run: processes of this machine, or a dask cluster, behind one interface."""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+from irl.errors import InputError
+
+CONNECT_S = 10
+"""How long a cluster may take to answer [s]."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """A running executor.
+
+    Attributes:
+        executor: takes the trials.
+        number: how many run at once, as far as is known.
+        lost: exceptions of a future whose worker died; its trial may be submitted again.
+    """
+
+    executor: Executor
+    number: int
+    lost: tuple[type[BaseException], ...] = ()
+
+
+@contextmanager
+def start_workers(workers: int, cluster: str = "") -> Iterator[Workers]:
+    """Run trials in spawned processes, or on the dask cluster at an address.
+
+    Args:
+        workers: processes, without a cluster.
+        cluster: address of a dask scheduler, such as ``tcp://host:8786``; empty for none.
+
+    Raises:
+        InputError: if dask is not installed, or no scheduler answers.
+    """
+    if cluster:
+        with _dask(cluster) as running:
+            yield running
+        return
+    # Spawned: a simulator's threads and a forked process do not agree.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield Workers(pool, workers)
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[Workers]:
+    try:
+        from distributed import Client, KilledWorker  # noqa: PLC0415 - an optional extra
+    except ImportError as error:
+        raise InputError(
+            "--cluster: needs dask.distributed; pip install 'active-advice-irl[cluster]'"
+        ) from error
+    try:
+        client = Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError(f"--cluster {address}: no dask scheduler answers there") from error
+    with client:
+        # Each trial is its own, though another of the same arguments would give the same.
+        executor = client.get_executor(pure=False)
+        yield Workers(executor, max(1, sum(client.ncores().values())), (KilledWorker,))

@@ -8,13 +8,13 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
-from pydrake.trajectories import PiecewisePolynomial
+from pydrake.trajectories import Trajectory
 
 from models import gripper
 from models.kinematics import HOME
 from models.motion import ActionPlanner, Grip, Infeasible, Move
-from models.paths import timed
 from models.task.spaces import Action, decode_states
+from models.timing import time_path
 
 PERIOD = 0.01
 """Between two looks at the request [s]."""
@@ -28,12 +28,12 @@ class Timeline:
     ) -> None:
         """Start at ``q [7]`` [rad] with the pads ``width`` [m] apart, then follow ``plan``."""
         self._starts = [0.0]
-        self._arm: list[PiecewisePolynomial | np.ndarray] = [np.array(q)]
+        self._arm: list[Trajectory | np.ndarray] = [np.array(q)]
         self._width = [float(width)]
         now = 0.0
         for part in plan:
             if isinstance(part, Move):
-                path = timed(part.waypoints, velocity_limit)
+                path = time_path(part.waypoints, velocity_limit, cuts=part.cuts)
                 self._arm.append(path)
                 seconds, q = path.end_time(), part.waypoints[-1]
             else:
@@ -134,6 +134,15 @@ class ActionExecutor(LeafSystem):
             self._calc_execution,
             {self.abstract_state_ticket(self._memory)},
         )
+
+    def start_at(self, context: Context, q: np.ndarray, width: float) -> None:
+        """Forget everything; command ``q [7]`` [rad] and an opening [m] until the next request."""
+        hold = Timeline(q, width, (), self._planner.velocity_limit)
+        context.SetAbstractState(self._memory, _Memory(timeline=hold))
+
+    def execution(self, context: Context) -> Execution:
+        """Read how far the last request is from this system's context."""
+        return context.get_abstract_state(self._memory).get_value().execution
 
     def _update(self, context: Context, state: State) -> None:
         memory = context.get_abstract_state(self._memory).get_value()

@@ -6,7 +6,19 @@ hold without slip and releases are quiet; point contact slips, and the SAP appro
 the cube as the fingers open.
 """
 
-from pydrake.multibody.plant import ContactModel, DiscreteContactApproximation, MultibodyPlant
+import numpy as np
+from pydrake.geometry import ProximityProperties, RoleAssign, SceneGraph
+from pydrake.multibody.plant import (
+    ContactModel,
+    CoulombFriction,
+    DiscreteContactApproximation,
+    MultibodyPlant,
+)
+from pydrake.multibody.tree import SpatialInertia, UnitInertia
+from pydrake.systems.framework import Context
+
+from models.scene import CUBE
+from models.task.spaces import CUBE_EDGE
 
 TIME_STEP = 0.002
 """Discrete step [s]."""
@@ -20,3 +32,34 @@ def use_grasp_contact(plant: MultibodyPlant) -> None:
     """
     plant.set_contact_model(ContactModel.kHydroelasticWithFallback)
     plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
+
+
+def set_friction(
+    plant: MultibodyPlant, scene_graph: SceneGraph, root: Context, coefficient: float
+) -> None:
+    """Give everything in one simulation the same coefficient of friction.
+
+    Args:
+        plant: registered with ``scene_graph``.
+        scene_graph: has the shapes.
+        root: context of the diagram; the models themselves stay as they are.
+        coefficient: static and dynamic alike.
+    """
+    inspector = scene_graph.model_inspector()
+    context = scene_graph.GetMyMutableContextFromRoot(root)
+    friction = CoulombFriction(coefficient, coefficient)
+    for geometry_id in inspector.GetAllGeometryIds():
+        old = inspector.GetProximityProperties(geometry_id)
+        if old is None:
+            continue
+        properties = ProximityProperties(old)
+        properties.UpdateProperty("material", "coulomb_friction", friction)
+        scene_graph.AssignRole(
+            context, plant.get_source_id(), geometry_id, properties, RoleAssign.kReplace
+        )
+
+
+def set_cube_mass(plant: MultibodyPlant, context: Context, mass: float) -> None:
+    """Give the cube a mass [kg] in a context of ``plant``, evenly spread."""
+    inertia = SpatialInertia(mass, np.zeros(3), UnitInertia.SolidCube(CUBE_EDGE))
+    plant.GetBodyByName(CUBE).SetSpatialInertiaInBodyFrame(context, inertia)

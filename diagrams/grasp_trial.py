@@ -19,7 +19,7 @@ from diagrams.trial_rig import SPEED, TURN_SPEED, TrialRig, TrialScene
 from models import gripper
 from models.gripper_poses import grasp_position
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
-from models.task.discretise import nearest_orientation
+from models.task.discretise import identify
 from models.task.spaces import (
     CUBE_EDGE,
     GRID_Z,
@@ -86,9 +86,7 @@ def _grasp(
     p_WG[2] = GRID_Z[0]
     scene.command(p_WG, 0.0)
     scene.advance((GRID_Z[0] - REST_HEIGHT) / SPEED + config.settle_s)
-    held = is_held(scene.X_GO.translation(), scene.opening, scene.pad_force)
-    outcome = Outcome.HELD if held else Outcome.FREE
-    return {"outcome": outcome, **_change(scene, state, p_nominal), **_in_hand(scene, X_GO), **grip}
+    return {**_verdict(scene, state, p_nominal), **_in_hand(scene, X_GO), **grip}
 
 
 def _carry(
@@ -104,11 +102,9 @@ def _carry(
         goal, seconds = p_WG, scene.turn_angle / TURN_SPEED
     scene.command(goal, 0.0, turned=True)
     scene.advance(seconds + config.settle_s)
-    held = is_held(scene.X_GO.translation(), scene.opening, scene.pad_force)
-    if not held:
+    if not _holds(scene):
         _wait_for_rest(scene, config)
-    outcome = Outcome.HELD if held else Outcome.FREE
-    return {"outcome": outcome, **_change(scene, state, goal), **_in_hand(scene, X_GO), **grip}
+    return {**_verdict(scene, state, goal), **_in_hand(scene, X_GO), **grip}
 
 
 def _drop(
@@ -123,7 +119,7 @@ def _drop(
     scene.command(p_WG + np.array([0.0, 0.0, WITHDRAWAL]), gripper.MAX_OPENING)
     scene.advance(WITHDRAWAL / SPEED)
     _wait_for_rest(scene, config)
-    return {"outcome": Outcome.FREE, **_change(scene, state, p_WG), **moved, **grip}
+    return {**_verdict(scene, state, p_WG), **moved, **grip}
 
 
 _COURSES: dict[Kind, Callable[..., dict[str, Any]]] = {
@@ -166,15 +162,24 @@ def _grip(scene: TrialScene) -> dict[str, float]:
     return {"opening": scene.opening, "pad_force": scene.pad_force}
 
 
-def _change(scene: TrialScene, state: State, p_nominal: np.ndarray) -> dict[str, Any]:
-    """How the cube's pose differs from the nominal one now, and whether it still moves."""
-    X_WO = scene.X_WO
+def _holds(scene: TrialScene) -> bool:
+    return is_held(scene.X_GO.translation(), scene.opening, scene.pad_force)
+
+
+def _verdict(scene: TrialScene, state: State, p_nominal: np.ndarray) -> dict[str, Any]:
+    """What became of the cube, and how its pose differs from the nominal one now."""
+    X_WO, X_WG, held = scene.X_WO, scene.X_WG, _holds(scene)
     R_WO_after = X_WO.rotation().matrix()
     displacement = X_WO.translation() - p_nominal
+    found = identify(
+        R_WO_after, X_WO.translation(), X_WG.rotation().matrix(), X_WG.translation(), held
+    )
     return {
+        "outcome": Outcome.HELD if held else Outcome.FREE,
+        "next_state": int(found.state),
         "turn": _floats(matrix_to_rotation_vector(R_WO_after @ R_WO[state.orientation].T)),
         "displacement": _floats(displacement),
-        "snap_angle": float(nearest_orientation(R_WO_after)[1]),
+        "snap_angle": float(found.orientation_angle),
         "drift": float(np.hypot(displacement[0], displacement[1])),
         "lift_height": float(X_WO.translation()[2] - REST_HEIGHT),
         "clearance": scene.clearance,

@@ -2,11 +2,12 @@
 
 import hashlib
 import json
+import os
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from models.errors import ModelError
@@ -23,6 +24,7 @@ CREATE TABLE IF NOT EXISTS trial (
     action INTEGER NOT NULL,
     repetition INTEGER NOT NULL,
     outcome TEXT NOT NULL,
+    next_state INTEGER NOT NULL,
     turn_x REAL NOT NULL, turn_y REAL NOT NULL, turn_z REAL NOT NULL,
     displacement_x REAL NOT NULL, displacement_y REAL NOT NULL, displacement_z REAL NOT NULL,
     snap_angle REAL NOT NULL,
@@ -43,6 +45,7 @@ CREATE TABLE IF NOT EXISTS trial (
 _VECTORS = ("turn", "displacement")
 _PLAIN = (
     "outcome",
+    "next_state",
     "snap_angle",
     "drift",
     "lift_height",
@@ -58,6 +61,10 @@ _PLAIN = (
 _KEY = ("state", "action", "repetition")
 
 
+FLOATING: Final = "floating"
+ARM: Final = "arm"
+
+
 @dataclass(frozen=True)
 class Campaign:
     """What a database's trials have in common.
@@ -67,12 +74,16 @@ class Campaign:
         seed: root of every trial's own seed.
         description: `models.scene.description_hash` of the simulated models.
         drake: version of the simulator.
+        rig: `FLOATING`, a gripper without an arm, or `ARM`, the whole station.
+        reachability_map: SHA-256 of the map that the arm's motions are planned on, else empty.
     """
 
     trial: TrialConfig
     seed: int
     description: str
     drake: str
+    rig: str = FLOATING
+    reachability_map: str = ""
 
     def content(self) -> dict[str, Any]:
         """Return plain values, as stored."""
@@ -103,9 +114,12 @@ class TrialDatabase:
         if campaign is None and not self.path.is_file():
             raise ModelError(f"{self.path}: no such trial database; make one with 'run'")
         try:
-            self._connection = sqlite3.connect(self.path)
-            self._connection.execute("PRAGMA journal_mode = WAL")
-            self._connection.executescript(_SCHEMA)
+            if campaign is None:
+                self._connection = sqlite3.connect(_read_only(self.path), uri=True)
+            else:
+                self._connection = sqlite3.connect(self.path)
+                self._connection.execute("PRAGMA journal_mode = WAL")
+                self._connection.executescript(_SCHEMA)
             stored = self._connection.execute("SELECT content FROM configuration").fetchone()
             if stored is None:
                 if campaign is None:
@@ -177,6 +191,12 @@ class TrialDatabase:
                     **plain, turn=values[:3], displacement=values[3:], noise=json.loads(row[-1])
                 ),
             )
+
+
+def _read_only(path: Path) -> str:
+    """URI of a file that may lie where nothing can be written, not even SQLite's own aids."""
+    immutable = "" if os.access(path.parent, os.W_OK) else "&immutable=1"
+    return f"{path.absolute().as_uri()}?mode=ro{immutable}"
 
 
 def _difference(stored: dict[str, Any], campaign: Campaign) -> str:

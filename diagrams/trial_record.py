@@ -32,8 +32,8 @@ class TrialConfig:
     """From the command to close until the lift [s]."""
     settle_s: float = 0.3
     """Of rest after a motion, before the state is identified [s]."""
-    release_s: float = 0.8
-    """From the command to open until the gripper withdraws [s]."""
+    release_s: float = 1.6
+    """From the command to open until the gripper withdraws, wide open [s]."""
     rest_limit_s: float = 3.0
     """Longest wait for a released cube to come to rest [s]."""
 
@@ -84,6 +84,7 @@ class TrialRecord:
 
     Attributes:
         outcome: `HELD` or `FREE`; `FAULT` if the simulator failed, which judges nothing.
+        next_state: index of the state identified at the end, −1 after a fault.
         turn: rotation vector of R_WO_after · R_WOᵀ, from the nominal orientation.
         displacement: of the cube's centre at the end, from where the action would leave it: its
             place on the table before a grasp, the hand's cell before a drop, the target cell of
@@ -103,6 +104,7 @@ class TrialRecord:
     """
 
     outcome: Outcome
+    next_state: int = -1
     turn: tuple[float, ...] = (0.0, 0.0, 0.0)
     displacement: tuple[float, ...] = (0.0, 0.0, 0.0)
     snap_angle: float = 0.0

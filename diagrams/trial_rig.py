@@ -1,9 +1,9 @@
 """The scene of grasp trials: a floating gripper over the table, as one diagram."""
 
 import numpy as np
-from pydrake.geometry import GeometryId, ProximityProperties, Role, RoleAssign
+from pydrake.geometry import GeometryId, Role
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
     PdControllerGains,
@@ -15,7 +15,7 @@ from pydrake.multibody.tree import (
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from diagrams.contact import use_grasp_contact
+from diagrams.contact import set_cube_mass, set_friction, use_grasp_contact
 from diagrams.gripper_controller import GripperController, prepare_gripper
 from diagrams.reference_ramp import ReferenceRamp
 from models import gripper
@@ -151,10 +151,8 @@ class TrialScene:
         R_AG = R_WA.inverse() @ RotationMatrix(R_WG)
         rig.axis.SetPoseInParentFrame(self._context, RigidTransform(R_WA))
         rig.mount.SetPoseInParentFrame(self._context, RigidTransform(R_AG) @ _X_GB)
-        self._set_friction(friction)
-        rig.cube.SetSpatialInertiaInBodyFrame(
-            self._context, SpatialInertia(mass, np.zeros(3), UnitInertia.SolidCube(CUBE_EDGE))
-        )
+        set_friction(rig.plant, rig.scene_graph, self._root, friction)
+        set_cube_mass(rig.plant, self._context, mass)
 
     def start(self, p_WG: np.ndarray, width: float, X_WO: RigidTransform) -> None:
         """Put gripper (opening in metres) and cube in place, at rest."""
@@ -245,21 +243,3 @@ class TrialScene:
             for shape in rig.hand_shapes
             for table in rig.table_shapes
         )
-
-    def _set_friction(self, mu: float) -> None:
-        rig = self._rig
-        inspector = rig.scene_graph.model_inspector()
-        context = rig.scene_graph.GetMyMutableContextFromRoot(self._root)
-        for geometry_id in inspector.GetAllGeometryIds():
-            old = inspector.GetProximityProperties(geometry_id)
-            if old is None:
-                continue
-            properties = ProximityProperties(old)
-            properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(mu, mu))
-            rig.scene_graph.AssignRole(
-                context,
-                rig.plant.get_source_id(),
-                geometry_id,
-                properties,
-                RoleAssign.kReplace,
-            )

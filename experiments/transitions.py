@@ -1,31 +1,35 @@
 """The transition model, from trials: run them, look at what they cover, export task data.
 
 ``run`` fills the trial database (kill it at any moment; the same command goes on),
-``status`` shows its coverage, ``export`` turns it into the task data that `irl` learns from.
+``status`` shows its coverage, ``export`` turns it into the task data that `irl` learns from, and
+``validate`` holds such a model against new trials with the whole arm.
 """
 
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import tyro
 
 from diagrams.transition_counts import TransitionEntries, Trial, count_pairs, transition_entries
-from diagrams.trial_database import Campaign, TrialDatabase
+from diagrams.trial_database import ARM, Campaign, TrialDatabase
 from diagrams.trial_plan import Plan
 from diagrams.trial_record import Outcome, TrialConfig
 from diagrams.trial_rig import MODEL_FILES
 from experiments.command import Output, execute
 from experiments.executors import start_workers
-from experiments.robot_data import load_feasibility
+from experiments.model_validation import draw_pairs, plot_validation, scores
+from experiments.robot_data import MAP, SHIPPED_ROBOT, SHIPPED_TASK, load_feasibility
 from experiments.transition_export import save_tables, task_data
 from experiments.transition_plots import plot_coverage
-from experiments.trial_campaign import planned_classes, run_campaign
+from experiments.trial_campaign import ClassTrials, PairTrials, planned_classes, run_campaign
 from irl.choices import check_range
-from irl.task_data import save_task
-from models.scene import description_hash
+from irl.files import sha256
+from irl.task_data import load_task, save_task
+from models.scene import STATION_FILES, description_hash
+from models.task.spaces import Kind
 from models.task.trial_classes import TrialClasses, trial_classes
 
 DATABASE = Path("out/transitions/trials.db")
@@ -81,15 +85,42 @@ class Export:
     """Folder of the results."""
 
 
+@dataclass(frozen=True)
+class Validate:
+    """Hold a model against trials of its own pairs, drawn at random and not used to make it."""
+
+    task: Path = SHIPPED_TASK
+    """Task data with the model."""
+    rig: Literal["arm", "floating"] = ARM
+    """The whole station, as the robot would do it; or the floating gripper of the trials."""
+    trials: int = 600
+    """Pairs to draw, a quarter of each kind of action."""
+    database: Path = Path("out/transitions/validation.db")
+    """SQLite file of these trials; made if missing."""
+    workers: int = 2
+    """Processes; the trials are the same whatever their number."""
+    cluster: str = ""
+    """Address of a dask scheduler that runs the trials instead."""
+    trial: TrialConfig = field(default_factory=TrialConfig)
+    """How a trial runs, and its noise."""
+    seed: int = 1
+    """Of the draw, and root of every trial's own seed."""
+    out: Path = Path("out/validation")
+    """Folder of the results."""
+
+
 Config = (
     Annotated[Run, tyro.conf.subcommand("run")]
     | Annotated[Status, tyro.conf.subcommand("status")]
     | Annotated[Export, tyro.conf.subcommand("export")]
+    | Annotated[Validate, tyro.conf.subcommand("validate")]
 )
 
 
-def main(config: Run | Status | Export, output: Output) -> dict[str, Any]:
-    """Tell one of the three stories."""
+def main(config: Run | Status | Export | Validate, output: Output) -> dict[str, Any]:
+    """Tell one of the four stories."""
+    if isinstance(config, Validate):
+        return validate(config, output)
     classes, feasible = trial_classes(), load_feasibility().mask()
     if isinstance(config, Run):
         database = run(config, classes, feasible)
@@ -114,14 +145,36 @@ def run(config: Run, classes: TrialClasses, feasible: np.ndarray) -> TrialDataba
     if config.hours is not None:
         check_range("--hours", config.hours, 0)
     campaign = Campaign(config.trial, config.seed, description_hash(MODEL_FILES), version("drake"))
+    source = ClassTrials(classes, planned_classes(classes, feasible), config.plan)
     with start_workers(config.workers, config.cluster) as workers:
         database = TrialDatabase(config.database, campaign)
-        numbers = planned_classes(classes, feasible)
-        run_campaign(
-            database, classes, numbers, config.plan, config.trial, config.seed, workers,
-            config.hours,
-        )  # fmt: skip
+        run_campaign(database, campaign, source, workers, config.hours)
     return database
+
+
+def validate(config: Validate, output: Output) -> dict[str, Any]:
+    """Hold the model against trials of pairs drawn at random."""
+    check_range("--trials", config.trials, len(Kind))
+    check_range("--workers", config.workers, 1)
+    task = load_task(config.task)
+    arm = config.rig == ARM
+    campaign = Campaign(
+        config.trial,
+        config.seed,
+        description_hash(STATION_FILES if arm else MODEL_FILES),
+        version("drake"),
+        config.rig,
+        sha256(SHIPPED_ROBOT / MAP) if arm else "",
+    )
+    drawn = draw_pairs(task.transitions, config.trials, np.random.default_rng(config.seed))
+    with start_workers(config.workers, config.cluster) as workers:
+        database = TrialDatabase(config.database, campaign)
+        run_campaign(database, campaign, PairTrials(drawn), workers)
+    trials = [trial for trial in database.trials() if trial[0] in set(drawn)]
+    result = scores(task.transitions, trials)
+    with output.file("validation.png") as path:
+        plot_validation(result, path)
+    return result
 
 
 def coverage(trials: list[Trial], entries: TransitionEntries) -> dict[str, Any]:

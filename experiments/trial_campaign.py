@@ -1,23 +1,95 @@
-"""Run a campaign of trials: what the plan wants and the database does not hold yet."""
+"""Run trials that a database does not hold yet, and commit each as it ends."""
 
 import time
+from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from typing import Protocol
 
 import numpy as np
 from tqdm import tqdm
 
-from diagrams.trial_database import TrialDatabase
+from diagrams.trial_database import Campaign, TrialDatabase
 from diagrams.trial_plan import Plan, Queue, outcome_label
-from diagrams.trial_record import Pair, TrialConfig, TrialRecord
-from diagrams.trial_worker import work
+from diagrams.trial_record import Pair, TrialRecord
 from experiments.executors import Workers
+from experiments.trial_worker import work
 from irl.errors import InputError
 from models.task.spaces import N_STATES
 from models.task.trial_classes import TrialClasses
 
 AHEAD = 2
 """Trials submitted per worker: one runs, one waits, so that none idles and little is lost."""
+
+
+class Source(Protocol):
+    """What to try: pairs, each with its repetition."""
+
+    @property
+    def wanted(self) -> int:
+        """Trials wanted, as far as is known."""
+
+    @property
+    def done(self) -> int:
+        """How many of them there are."""
+
+    def next(self) -> tuple[Pair, int] | None:
+        """Pair and repetition to run next; None if all are done or on their way."""
+
+    def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
+        """Take in a trial that is in the database."""
+
+
+class ClassTrials:
+    """Trials of classes, as many as a plan wants of each."""
+
+    def __init__(self, classes: TrialClasses, numbers: Iterable[int], plan: Plan) -> None:
+        """Try the classes of these numbers."""
+        self._classes = classes
+        self._queue = Queue(plan, numbers)
+
+    @property
+    def wanted(self) -> int:
+        """Trials wanted, as far as their outcomes so far tell."""
+        return self._queue.wanted
+
+    @property
+    def done(self) -> int:
+        """How many of them there are."""
+        return self._queue.done
+
+    def next(self) -> tuple[Pair, int] | None:
+        """Pair and repetition to run next."""
+        job = self._queue.next()
+        if job is None:
+            return None
+        pair = self._classes.tried(*job)
+        return Pair(int(pair.state), int(pair.action)), job[1]
+
+    def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
+        """Take in a trial; it may change how many are wanted."""
+        number = int(self._classes.number(pair.state, pair.action))
+        self._queue.add(number, repetition, outcome_label(pair, record))
+
+
+class PairTrials:
+    """One trial of each of some pairs."""
+
+    def __init__(self, pairs: Iterable[Pair]) -> None:
+        """Try these pairs, in this order."""
+        self._left = list(pairs)[::-1]
+        self.wanted, self.done = len(self._left), 0
+
+    def next(self) -> tuple[Pair, int] | None:
+        """Pair to run next."""
+        return (self._left.pop(), 0) if self._left else None
+
+    def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
+        """Take in a trial, perhaps of an earlier run."""
+        del repetition, record
+        if pair in self._left:
+            self._left.remove(pair)
+        self.done += 1
 
 
 def planned_classes(classes: TrialClasses, feasible: np.ndarray) -> list[int]:
@@ -32,23 +104,17 @@ def planned_classes(classes: TrialClasses, feasible: np.ndarray) -> list[int]:
 
 def run_campaign(
     database: TrialDatabase,
-    classes: TrialClasses,
-    numbers: list[int],
-    plan: Plan,
-    trial: TrialConfig,
-    seed: int,
+    campaign: Campaign,
+    source: Source,
     workers: Workers,
     hours: float | None = None,
 ) -> None:
-    """Run trials until the plan is fulfilled or the time is over, committing each as it ends.
+    """Run trials until there are as many as wanted or the time is over.
 
     Args:
         database: holds what was done, and takes in what is.
-        classes: which pairs share trials.
-        numbers: the classes to try.
-        plan: how many trials each needs.
-        trial: course and noise.
-        seed: of the campaign.
+        campaign: what the trials have in common, the database's own.
+        source: what to try.
         workers: where trials run.
         hours: longest time to submit trials for; None for as long as it takes.
 
@@ -57,41 +123,35 @@ def run_campaign(
         ModelError: if a trial cannot be written.
     """
     deadline = np.inf if hours is None else time.monotonic() + 3600.0 * hours
-    queue = Queue(plan, numbers)
-    for pair, repetition, record in database.trials():
-        queue.add(
-            int(classes.number(pair.state, pair.action)), repetition, outcome_label(pair, record)
-        )
+    for trial in database.trials():
+        source.add(*trial)
+    running: dict[Future[TrialRecord], tuple[Pair, int]] = {}
 
-    running: dict[Future[TrialRecord], tuple[int, int]] = {}
+    def submit(pair: Pair, repetition: int) -> None:
+        running[workers.executor.submit(work, campaign, pair, repetition)] = pair, repetition
 
-    def submit(number: int, repetition: int) -> None:
-        pair = Pair(*(int(part) for part in classes.tried(number, repetition)))
-        running[workers.executor.submit(work, trial, seed, pair, repetition)] = number, repetition
-
-    with tqdm(total=queue.wanted, initial=queue.done, unit="trial", desc="trials") as bar:
+    with tqdm(total=source.wanted, initial=source.done, unit="trial", desc="trials") as bar:
         while True:
             while len(running) < AHEAD * workers.number and time.monotonic() < deadline:
-                job = queue.next()
+                job = source.next()
                 if job is None:
                     break
                 submit(*job)
             if not running:
                 return
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                number, repetition = running.pop(future)
+                job = running.pop(future)
                 try:
                     record = future.result()
                 except workers.lost:
-                    submit(number, repetition)
+                    submit(*job)
                     continue
                 except BrokenProcessPool as error:
                     raise InputError(
                         "--workers: a worker process died, perhaps for want of memory; nothing "
                         "committed is lost, and the same command goes on"
                     ) from error
-                pair = Pair(*(int(part) for part in classes.tried(number, repetition)))
-                database.add(pair, repetition, record)
-                queue.add(number, repetition, outcome_label(pair, record))
-            bar.total, bar.n = queue.wanted, queue.done
+                database.add(*job, record)
+                source.add(*job, record)
+            bar.total, bar.n = source.wanted, source.done
             bar.refresh()

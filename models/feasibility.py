@@ -76,7 +76,7 @@ def compute(
         progress: called with (cells done, cells in all).
         cells: cells to look at; whatever begins or ends in another counts as infeasible.
     """
-    planner, roads = ActionPlanner(reachability), _Roads()
+    planner, roads = ActionPlanner(reachability, search=False), _Roads()
     shape = (N_POSITIONS, N_TARGETS)
     grasp = np.zeros((N_XY, N_TARGETS), dtype=bool)
     held, drop = (np.zeros(shape, dtype=bool) for _ in range(2))

@@ -24,7 +24,7 @@ from models.gripper import MAX_OPENING
 from models.gripper_poses import grasp_position, gripper_pose, via_position
 from models.inverse_kinematics import follow, solve
 from models.kinematics import CUBE_WIDTH, HOME, MARGIN, PlanningScene
-from models.paths import plan_path, segment_is_free, wind_path
+from models.paths import corner_cuts, plan_path, segment_is_free, wind_path
 from models.pose_solver import CLOSED_MARGIN
 from models.reachability import ReachabilityMap
 from models.task.spaces import GRID_Z, POSITIONS, REST_HEIGHT, VERTICAL, Action, Kind
@@ -56,9 +56,12 @@ class Move:
 
     Attributes:
         waypoints: ``[n, 7]`` [rad], n ≥ 2; the joints move in proportion between two of them.
+        cuts: how far before and after each waypoint its corner may be rounded ``[n]`` [rad],
+            as `corner_cuts` proves; None rests at every corner.
     """
 
     waypoints: np.ndarray
+    cuts: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -74,16 +77,22 @@ class Grip:
     seconds: float
 
 
-CLOSE, OPEN = Grip(0.0, 1.3), Grip(MAX_OPENING, 0.8)
-"""Long enough for the fingers' whole way, and for the force to build up."""
+CLOSE, OPEN = Grip(0.0, 1.3), Grip(MAX_OPENING, 1.6)
+"""Until the force has built up; until the fingers are wide open, from however tight a grip."""
 
 
 class ActionPlanner:
     """Plans one action at a time; a pure function of its arguments and the map."""
 
-    def __init__(self, reachability: ReachabilityMap) -> None:
-        """Plan with the postures of a map."""
-        self._map = reachability
+    def __init__(self, reachability: ReachabilityMap, *, search: bool = True) -> None:
+        """Plan with the postures of a map.
+
+        Args:
+            reachability: the map.
+            search: whether to search by RRT-Connect where no straight path and no via serves;
+                it always draws the same samples.
+        """
+        self._map, self._search = reachability, search
         self._empty, self._carrying = PlanningScene(), PlanningScene(carrying=True)
         self.velocity_limit = self._carrying.velocity_limit
         """Of the joints, ``[7]`` [rad/s]."""
@@ -149,7 +158,9 @@ class ActionPlanner:
         goal = self.posture(*there)
         if goal is None:
             raise Infeasible(f"cell {there[0]} is out of reach of gripper {there[1]}")
-        return Move(self._path(self._carrying, q, goal, self.detours(here, there)))
+        return _rounded(
+            self._carrying, self._path(self._carrying, q, goal, self.detours(here, there))
+        )
 
     def _grasp(
         self, gripper: int, position: int, q: np.ndarray, width: float, X_WO: RigidTransform
@@ -172,16 +183,18 @@ class ActionPlanner:
         down = self._straight_up(scene, answer.q, APPROACH)[::-1]
         via = self._via(position, gripper)
         path = self._path(scene, q, down[0], [via, *self._crossroads(position)])
-        approach = wind_path(scene, [*path, *down[1:]])
+        approach = _rounded(scene, wind_path(scene, [*path, *down[1:]]))
+        q_grasp = approach.waypoints[-1]
 
         scene = self._empty_hand(CUBE_WIDTH, None)
-        if not scene.is_free(approach[-1], CLOSED_MARGIN):
+        if not scene.is_free(q_grasp, CLOSED_MARGIN):
             raise Infeasible(f"gripper {gripper} at the cube: closed, it touches something")
         height = max(0.0, GRID_Z[0] - X_WG.translation()[2])
-        lift = self._straight_up(scene, approach[-1], height, CLOSED_MARGIN)
+        lift = self._straight_up(scene, q_grasp, height, CLOSED_MARGIN)
         centring = self._path(self._carrying, lift[-1], cell, [via])
         opening = () if width > MAX_OPENING - 1e-3 else (OPEN,)
-        return (*opening, Move(approach), CLOSE, Move(np.vstack([lift, centring[1:]])))
+        raising = _rounded(self._carrying, np.vstack([lift, centring[1:]]))
+        return (*opening, approach, CLOSE, raising)
 
     def _drop(
         self, position: int, gripper: int, q: np.ndarray, X_WO: RigidTransform
@@ -195,7 +208,7 @@ class ActionPlanner:
         scene = self._empty_hand(MAX_OPENING, RigidTransform(np.array([x, y, REST_HEIGHT])))
         vias = [self._via(position, gripper), *self._crossroads(position)]
         home = self._path(scene, up[-1], HOME, vias)
-        return OPEN, Move(np.vstack([up, home[1:]]))
+        return OPEN, _rounded(scene, np.vstack([up, home[1:]]))
 
     def _withdraw(self, scene: PlanningScene, q: np.ndarray) -> np.ndarray:
         """Waypoints ``[n, 7]`` [rad] straight up, by the first of `WITHDRAWALS` that works."""
@@ -227,9 +240,10 @@ class ActionPlanner:
         goal: np.ndarray,
         vias: Sequence[Sequence[np.ndarray]],
     ) -> np.ndarray:
-        path = plan_path(scene, q, goal, vias)
+        search = np.random.default_rng(0) if self._search else None
+        path = plan_path(scene, q, goal, vias, search=search)
         if path is None:
-            raise Infeasible("no free path, neither straight nor through the vias")
+            raise Infeasible("no free path found")
         return path
 
     def _via(self, position: int, gripper: int) -> list[np.ndarray]:
@@ -247,3 +261,8 @@ class ActionPlanner:
         self._empty.open_to(width)
         self._empty.place_cube(X_WO)
         return self._empty
+
+
+def _rounded(scene: PlanningScene, waypoints: np.ndarray) -> Move:
+    """A move whose corners are rounded as far as ``scene`` allows."""
+    return Move(waypoints, corner_cuts(scene, waypoints))

@@ -1,47 +1,37 @@
-"""Collision-free joint paths of straight segments, and their timing.
+"""Collision-free joint paths of straight segments.
 
 A path is a list of waypoints ``[n, 7]`` [rad]; between two of them the joints move in
 proportion. Endless joints take the shorter way round, so each waypoint is wound towards the
 one before.
+
+A segment counts as free if it is proved free along its whole length: at some configurations
+distances are queried and found above the margin, and the `MotionBounds` of these leave no gap.
 """
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from pydrake.polynomial import Polynomial
-from pydrake.trajectories import PiecewisePolynomial
 
-from models.errors import ModelError
 from models.kinematics import MARGIN, PlanningScene
+from models.motion_bounds import motion_bounds
+from models.rrt_connect import connect
 
-LEVERS = np.array([1.07, 1.07, 0.65, 0.65, 0.33, 0.33, 0.09])
-"""Farthest that a point of arm, open hand or held cube can be from each joint's axis [m]."""
-RESOLUTION = 0.03
-"""Bound on how far any point of the robot moves between two checks [m].
-
-The bound adds all levers at full stretch; true motions are about a third of it. A step over
-the edge of a body needs a chord that cuts it between two checks that both keep the margin.
-"""
-ACCELERATION_LIMIT = 3.0
-"""Joint accelerations [rad/s²]: ours, for want of a figure from the vendor."""
-SCALE = 0.8
-"""Share of the limits that motions use."""
-SHORTEST = 0.01
-"""Duration of a segment that goes nowhere [s]; a trajectory needs one."""
-
-# τ³(10 − 15 τ + 6 τ²): rest to rest, continuous in acceleration. Its largest slopes:
-_QUINTIC = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
-_PEAK_VELOCITY, _PEAK_ACCELERATION = 15.0 / 8.0, 10.0 / np.sqrt(3.0)
+PROVED = 0.5
+"""Share of the margin that is proved between the configurations that keep all of it."""
+LEEWAY = 0.03
+"""How far the robot may move from a start that does not keep the margin, to gain it [m]."""
+CORNER_QUERY = 0.2
+"""How far to look for distances at a corner that is to be rounded [m]."""
 
 
 def segment_is_free(
     scene: PlanningScene, q_from: np.ndarray, q_to: np.ndarray, margin: float = MARGIN
 ) -> bool:
-    """Whether the straight segment keeps ``margin`` [m] everywhere but at ``q_from``.
+    """Whether the straight segment keeps its distances: `PROVED` · ``margin`` everywhere.
 
-    The start is where the robot already is. Checks go from coarse to fine, since a segment
-    that collides mostly does so for a good part of its length.
+    Every configuration looked at keeps all of ``margin``, the end among them. A start that
+    does not is where the robot already is: then the proof begins after `LEEWAY`.
 
     Args:
         scene: what to keep clear of.
@@ -49,22 +39,30 @@ def segment_is_free(
         q_to: ``[7]`` [rad]; wound towards ``q_from`` first.
         margin: smallest allowed distance [m].
     """
+    bounds = motion_bounds(scene)
     step = scene.wind(q_to, q_from) - q_from
-    count = max(1, int(np.ceil(LEVERS @ np.abs(step) / RESOLUTION)))
-    return all(scene.is_free(q_from + step * (i / count), margin) for i in coarse_to_fine(count))
+    rates = bounds.rates(step)
 
+    def free_share(at: float) -> float:
+        q = q_from + at * step
+        return bounds.free_share(scene, q, rates, margin=margin, kept=PROVED * margin)
 
-def coarse_to_fine(count: int) -> list[int]:
-    """1 … ``count`` in an order that halves the gaps between the numbers so far."""
-    order: list[int] = []
-    stride = 1
-    while 2 * stride <= count:
-        stride *= 2
-    while stride:
-        # Odd multiples of the stride are new; the even ones came before.
-        order += range(stride, count + 1, 2 * stride)
-        stride //= 2
-    return order
+    last = free_share(1.0)
+    if last < 0.0:
+        return False
+    first = free_share(0.0)
+    if first < 0.0:
+        first = LEEWAY / max(rates.max(), LEEWAY)
+    # The widest gaps come first: a segment that collides mostly does so for a good part of it.
+    gaps = [(first, 1.0 - last)]
+    for low, high in gaps:
+        if low < high:
+            middle = (low + high) / 2.0
+            share = free_share(middle)
+            if share < 0.0:
+                return False
+            gaps += [(low, middle - share), (middle + share, high)]
+    return True
 
 
 def plan_path(
@@ -73,8 +71,9 @@ def plan_path(
     q_to: np.ndarray,
     vias: Iterable[Sequence[np.ndarray]] = (),
     margin: float = MARGIN,
+    search: np.random.Generator | None = None,
 ) -> np.ndarray | None:
-    """Find a free path of straight segments: the direct one, else the first through vias.
+    """Find a free path: the straight one, else the first through vias, else by search.
 
     Args:
         scene: what to keep clear of.
@@ -82,15 +81,26 @@ def plan_path(
         q_to: ``[7]`` [rad]; endless joints may end other turns away.
         vias: lists of configurations ``[7]`` [rad] to go through, tried in order.
         margin: smallest allowed distance [m].
+        search: source of the samples of an RRT-Connect search; None does without.
 
     Returns:
-        Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if no list serves.
+        Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if none was found.
     """
+
+    def is_free(a: np.ndarray, b: np.ndarray) -> bool:
+        return segment_is_free(scene, a, b, margin)
+
     for between in [(), *vias]:
         path = wind_path(scene, [q_from, *between, q_to])
-        if all(segment_is_free(scene, a, b, margin) for a, b in pairwise(path)):
+        if all(is_free(a, b) for a, b in pairwise(path)):
             return path
-    return None
+    if search is None or not scene.is_free(q_to, margin):
+        return None
+    lower = np.where(scene.continuous, q_from - np.pi, scene.lower)
+    upper = np.where(scene.continuous, q_from + np.pi, scene.upper)
+    weights = motion_bounds(scene).levers[-1]
+    found = connect(q_from, scene.wind(q_to, q_from), is_free, lower, upper, weights, search)
+    return None if found is None else wind_path(scene, list(found))
 
 
 def wind_path(scene: PlanningScene, waypoints: Sequence[np.ndarray]) -> np.ndarray:
@@ -101,48 +111,33 @@ def wind_path(scene: PlanningScene, waypoints: Sequence[np.ndarray]) -> np.ndarr
     return np.array(path)
 
 
-def timed(
-    waypoints: np.ndarray,
-    velocity_limit: np.ndarray,
-    acceleration_limit: np.ndarray | float = ACCELERATION_LIMIT,
-    scale: float = SCALE,
-) -> PiecewisePolynomial:
-    """Time a path; the motion rests at every waypoint and stays on the straight segments.
+def corner_cuts(scene: PlanningScene, waypoints: np.ndarray, margin: float = MARGIN) -> np.ndarray:
+    """How far before and after each waypoint a motion may leave the path to round its corner.
+
+    A corner and the points ``cut`` before and after it span a triangle. The bounds at the
+    corner prove the two points free, and with them all the triangle: a bound on the motion is
+    a norm, so it is largest at a vertex.
 
     Args:
-        waypoints: ``[n, 7]`` [rad], n ≥ 2.
-        velocity_limit: ``[7]`` [rad/s].
-        acceleration_limit: ``[7]`` or one for all [rad/s²].
-        scale: share of both limits to use, in (0, 1].
+        scene: what to keep clear of.
+        waypoints: ``[n, 7]`` [rad] of a free path.
+        margin: smallest allowed distance at the corner [m]; the triangle keeps `PROVED` of it.
 
     Returns:
-        Joint angles ``[7, 1]`` [rad] over time [s] from 0.
-
-    Raises:
-        ModelError: if a shape, limit or scale is wrong.
+        Lengths in joint space ``[n]`` [rad], at most half a segment; 0 at both ends and at
+        corners that do not keep the margin.
     """
-    waypoints = np.asarray(waypoints, dtype=float)
-    if waypoints.ndim != 2 or len(waypoints) < 2 or not np.isfinite(waypoints).all():
-        raise ModelError(
-            f"waypoints: shape {list(waypoints.shape)}; valid: [n, 7] finite angles with n ≥ 2"
-        )
-    if not 0.0 < scale <= 1.0:
-        raise ModelError(f"scale: {scale}; valid: above 0, at most 1")
-    limits = np.broadcast_arrays(velocity_limit, acceleration_limit, waypoints[0])[:2]
-    if not all((limit > 0.0).all() for limit in limits):
-        raise ModelError("velocity_limit, acceleration_limit: valid: above 0")
-    velocity, acceleration = (scale * limit for limit in limits)
-
-    breaks, segments = [0.0], []
-    for start, step in zip(waypoints[:-1], np.diff(waypoints, axis=0), strict=True):
-        duration = max(
-            SHORTEST,
-            np.max(_PEAK_VELOCITY * np.abs(step) / velocity),
-            np.max(np.sqrt(_PEAK_ACCELERATION * np.abs(step) / acceleration)),
-        )
-        in_time = _QUINTIC / duration ** np.arange(6)
-        coefficients = step[:, None] * in_time
-        coefficients[:, 0] += start
-        segments.append(np.array([[Polynomial(row)] for row in coefficients]))
-        breaks.append(breaks[-1] + duration)
-    return PiecewisePolynomial(segments, breaks)
+    bounds = motion_bounds(scene)
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    cuts = np.zeros(len(waypoints))
+    for i in range(1, len(waypoints) - 1):
+        before, after = lengths[i - 1], lengths[i]
+        if min(before, after) > 0.0:
+            rates = np.maximum(bounds.rates(steps[i - 1] / before), bounds.rates(steps[i] / after))
+            proved = bounds.free_share(
+                scene, waypoints[i], rates, margin=margin, kept=PROVED * margin, query=CORNER_QUERY
+            )
+            # Half of what is proved, so as not to spend the whole distance on speed.
+            cuts[i] = np.clip(proved, 0.0, min(before, after)) / 2.0
+    return cuts

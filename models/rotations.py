@@ -22,9 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from models.errors import ModelError
 
 ROUNDING = 1e-12
-"""Distance (radians, or unit quaternion components) below which two values are one."""
-LOCK = 1e-10
-"""cos β below which the first and third Euler axes count as parallel (gimbal lock)."""
+"""Distance (radians, unit quaternion components, cos β at gimbal lock) that counts as none."""
 ORTHONORMAL = 1e-6
 """Largest ‖RᵀR − I‖ (Frobenius) accepted of a rotation matrix."""
 
@@ -89,7 +87,7 @@ def matrix_to_xyz_euler(R: ArrayLike) -> Array:
     """
     R = require_rotation(R)
     cos_beta = np.hypot(R[..., 1, 2], R[..., 2, 2])
-    locked = cos_beta < LOCK
+    locked = cos_beta < ROUNDING
     # At lock only α ± γ is defined: γ = 0 leaves R = Rx(α)·Ry(±π/2).
     alpha = np.where(
         locked,
@@ -127,7 +125,7 @@ def matrix_to_zyx_euler(R: ArrayLike) -> Array:
     # Rᵀ = Rx(−γ)·Ry(−β)·Rz(−α), but there the other angle is zero at lock: solve anew.
     R = require_rotation(R)
     cos_beta = np.hypot(R[..., 0, 0], R[..., 1, 0])
-    locked = cos_beta < LOCK
+    locked = cos_beta < ROUNDING
     alpha = np.where(
         locked,
         np.arctan2(-R[..., 0, 1], R[..., 1, 1]),

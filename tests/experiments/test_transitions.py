@@ -18,7 +18,7 @@ from experiments.command import Output
 from experiments.executors import start_workers
 from experiments.robot_data import load_feasibility
 from experiments.transition_export import save_tables, task_data
-from experiments.trial_campaign import planned_classes, run_campaign
+from experiments.trial_campaign import ClassTrials, planned_classes, run_campaign
 from irl.errors import InputError
 from irl.task_data import load_task, save_task
 from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Kind
@@ -41,7 +41,7 @@ def rows(path):
 def run(path, most, workers):
     database = TrialDatabase(path, CAMPAIGN)
     plan = Plan(block=1, least=most, most=most)
-    run_campaign(database, CLASSES, SOME, plan, QUICK, 3, workers)
+    run_campaign(database, CAMPAIGN, ClassTrials(CLASSES, SOME, plan), workers)
     database.close()
 
 

@@ -14,6 +14,7 @@ from models.kinematics import CUBE_WIDTH, HOME, MARGIN, PlanningScene
 from models.motion import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Infeasible, Move
 from models.reachability_csv import read_map
 from models.task.spaces import HORIZONTAL, POSITIONS, TILTED, VERTICAL, Action, Kind
+from models.timing import ACCELERATION_LIMIT, SCALE, time_path
 
 MAP = Path(__file__).parents[2] / "experiments" / "data" / "gen3" / "map.csv"
 STEP = 0.01
@@ -112,6 +113,48 @@ def test_carrying_is_free_along_the_path(planner, carrying, seed):
     np.testing.assert_array_equal(move.waypoints[0], q)
     np.testing.assert_allclose(carrying.wind(move.waypoints[-1], goal), goal, atol=1e-9)
     assert all(carrying.is_free(q, 0.9 * MARGIN) for q in fine(move.waypoints))
+
+
+def test_a_search_finds_a_way_where_no_via_does(planner, carrying):
+    position, gripper, target = 6, 3, 0
+    action, q = Action(Kind.ROTATE, target), planner.posture(position, gripper)
+    X_WO = RigidTransform(POSITIONS[position])
+    without = ActionPlanner(read_map(MAP), search=False)
+    with pytest.raises(Infeasible, match="no free path"):
+        without.plan(action, position, gripper, q, CUBE_WIDTH, X_WO)
+    (move,) = planner.plan(action, position, gripper, q, CUBE_WIDTH, X_WO)
+    goal = planner.posture(position, target)
+    np.testing.assert_allclose(carrying.wind(move.waypoints[-1], goal), goal, atol=1e-9)
+    assert all(carrying.is_free(q, 0.5 * MARGIN) for q in fine(move.waypoints))
+    (again,) = planner.plan(action, position, gripper, q, CUBE_WIDTH, X_WO)
+    np.testing.assert_array_equal(again.waypoints, move.waypoints)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_commanded_is_free_and_within_the_limits_at_every_moment(
+    planner, empty, carrying, seed
+):
+    """Rounded corners included: what the planner checked is what the arm will do."""
+    rng = np.random.default_rng(seed)
+    position, gripper = 2 * int(rng.integers(9)), int(rng.choice(VERTICAL))
+    X_WO = off_centre(rng, position)
+    action = Action(Kind.GRASP, gripper)
+    approach, _, lift = planner.plan(action, position, None, HOME, MAX_OPENING, X_WO)
+    q, X_held = lift.waypoints[-1], RigidTransform(POSITIONS[position])
+    _, withdrawal = planner.plan(Action(Kind.DROP), position, gripper, q, CUBE_WIDTH, X_held)
+    assert approach.cuts.max() > 0.0 and withdrawal.cuts.max() > 0.0
+    empty.open_to(MAX_OPENING)
+    for move, cube in ((approach, X_WO), (withdrawal, None)):
+        empty.place_cube(cube)
+        motion = time_path(move.waypoints, planner.velocity_limit, cuts=move.cuts)
+        times = np.linspace(0.0, motion.end_time(), 400)
+        assert all(empty.is_free(q, 0.45 * MARGIN) for q in motion.vector_values(times).T)
+        velocity, acceleration = (
+            np.abs(motion.MakeDerivative(order).vector_values(times)) for order in (1, 2)
+        )
+        assert (velocity.max(axis=1) <= SCALE * planner.velocity_limit * 1.001).all()
+        assert acceleration.max() <= SCALE * ACCELERATION_LIMIT * 1.001
+    empty.place_cube(None)
 
 
 def test_endless_joints_never_turn_more_than_half_way(planner, carrying):

@@ -1,0 +1,140 @@
+"""How well a transition model foretells trials that it was not made from."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from diagrams.transition_counts import Trial
+from diagrams.trial_record import Outcome, Pair
+from irl.metrics import wilson_interval
+from irl.task import EVIDENCE, Transitions
+from models.task.spaces import N_ACTIONS, Kind, decode_actions
+
+PROBABLE = 0.05
+"""An outcome at least as probable as this was to be reckoned with."""
+
+
+def draw_pairs(model: Transitions, number: int, rng: np.random.Generator) -> list[Pair]:
+    """Draw feasible pairs that were not measured themselves, as many of each kind of action.
+
+    Args:
+        model: entries by pair.
+        number: of pairs in all; rounded up to a multiple of the kinds.
+        rng: draws them, without replacement.
+
+    Returns:
+        Pairs, the kinds by turns.
+    """
+    unmeasured = model.evidence != EVIDENCE.index("measured")
+    key = model.state.astype(np.int64) * N_ACTIONS + model.action
+    keys = np.unique(key[unmeasured])
+    kind = decode_actions(keys % N_ACTIONS).kind
+    each = -(-number // len(Kind))
+    drawn = [rng.choice(keys[kind == k], each, replace=False) for k in Kind]
+    return [Pair(*map(int, divmod(k, N_ACTIONS))) for k in np.stack(drawn, axis=1).ravel()]
+
+
+def scores(model: Transitions, trials: Iterable[Trial]) -> dict[str, Any]:
+    """How often the likeliest state came about, and how often what came about was probable.
+
+    By kind of action, and over all: there each kind counts by its share of the feasible pairs,
+    since the draw has as many of each.
+
+    Args:
+        model: entries by pair.
+        trials: of its pairs; faults are counted and left out.
+    """
+    foretold = _foretold(model)
+    hits: dict[Kind, list[tuple[bool, bool]]] = {kind: [] for kind in Kind}
+    faults = []
+    for pair, _, record in trials:
+        if record.outcome == Outcome.FAULT:
+            faults.append({"state": pair.state, "action": pair.action, "fault": record.fault})
+            continue
+        probability = foretold[pair.state * N_ACTIONS + pair.action]
+        # Of equally likely states only one is foretold, the first.
+        likeliest = max(probability, key=lambda state: (probability[state], -state))
+        probable = probability.get(record.next_state, 0.0) >= PROBABLE
+        kind = Kind(int(decode_actions(pair.action).kind))
+        hits[kind].append((record.next_state == likeliest, probable))
+
+    kinds = decode_actions(np.array(list(foretold)) % N_ACTIONS).kind
+    weight = {kind: float((kinds == kind).mean()) for kind in Kind}
+    rows = {kind: np.array(hits[kind], dtype=bool).reshape(-1, 2) for kind in Kind}
+    result: dict[str, Any] = {
+        "trials": sum(map(len, rows.values())),
+        "faults": faults,
+        "by_action": {
+            kind.name.lower(): {
+                "trials": len(rows[kind]),
+                "share_of_pairs": weight[kind],
+                "most_likely": _share(rows[kind][:, 0]),
+                "probable": _share(rows[kind][:, 1]),
+            }
+            for kind in Kind
+        },
+    }
+    for column, name in enumerate(("most_likely", "probable")):
+        tried = [kind for kind in Kind if len(rows[kind])]
+        total = sum(weight[kind] for kind in tried)
+        result[name] = sum(weight[k] * rows[k][:, column].mean() for k in tried) / total
+    _print(result)
+    return result
+
+
+def plot_validation(result: dict[str, Any], path: Path) -> None:
+    """Draw both shares by kind of action, with their intervals."""
+    figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
+    names = list(result["by_action"])
+    for offset, (key, label) in enumerate(
+        (("most_likely", "the likeliest state came about"), ("probable", "what came was probable"))
+    ):
+        shares = np.array([result["by_action"][name][key] for name in names])
+        place = np.arange(len(names)) + 0.4 * offset - 0.2
+        error = np.abs(shares[:, 1:] - shares[:, :1]).T
+        axes.bar(place, shares[:, 0], width=0.38, label=label)
+        axes.errorbar(place, shares[:, 0], yerr=error, fmt="none", color="black", capsize=3)
+    trials = [result["by_action"][name]["trials"] for name in names]
+    axes.set_xticks(
+        range(len(names)), [f"{n}\n{t} trials" for n, t in zip(names, trials, strict=True)]
+    )
+    axes.set(ylabel="share of trials, 95 % interval", ylim=(0, 1.02))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncol=2, frameon=False)
+    axes.grid(axis="y", alpha=0.3)
+    figure.savefig(path, dpi=120)
+    plt.close(figure)
+
+
+def _foretold(model: Transitions) -> dict[int, dict[int, float]]:
+    """Probability by next state, by pair."""
+    foretold: dict[int, dict[int, float]] = {}
+    key = model.state.astype(np.int64) * N_ACTIONS + model.action
+    for k, s, p in zip(
+        key.tolist(), model.next_state.tolist(), model.probability.tolist(), strict=True
+    ):
+        foretold.setdefault(k, {})[s] = p
+    return foretold
+
+
+def _share(hits: np.ndarray) -> list[float]:
+    """Share and its 95 % interval; zeros without trials."""
+    if not hits.size:
+        return [0.0, 0.0, 1.0]
+    return [float(hits.mean()), *wilson_interval(int(hits.sum()), hits.size)]
+
+
+def _print(result: dict[str, Any]) -> None:
+    print(f"{'action':>10} {'trials':>7} {'likeliest':>10} {'probable':>9}")
+    for name, row in result["by_action"].items():
+        print(
+            f"{name:>10} {row['trials']:7d} {row['most_likely'][0]:10.1%} {row['probable'][0]:9.1%}"
+        )
+    print(f"{'by pairs':>10} {'':7} {result['most_likely']:10.1%} {result['probable']:9.1%}")
+    print(f"{len(result['faults'])} simulator faults")

@@ -1,0 +1,37 @@
+from dataclasses import replace
+
+import pytest
+
+from diagrams.arm_trial import ArmRig, run_arm_trial
+from diagrams.contact import TIME_STEP
+from diagrams.trial_record import Outcome, Pair, TrialConfig
+from experiments.robot_data import load_planner
+from models.task.spaces import Action, Kind, State
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return ArmRig(load_planner(), TIME_STEP)
+
+
+def test_the_whole_arm_does_what_the_state_names(rig):
+    move = Pair(State(8, 0, 10).index, Action(Kind.TRANSLATE, 9).index)
+    first = run_arm_trial(rig, TrialConfig(), move, 5)
+    assert first.outcome == Outcome.HELD
+    assert first.next_state == State(9, 0, 10).index
+    assert first.pad_force == pytest.approx(40.0, rel=0.05)
+
+    drop = run_arm_trial(rig, TrialConfig(), Pair(move.state, Action(Kind.DROP).index), 5)
+    assert (drop.outcome, drop.next_state) == (Outcome.FREE, State(8, 0).index)
+    assert abs(drop.lift_height) < 1e-3
+
+    # The same bits, whatever ran before.
+    again = run_arm_trial(rig, TrialConfig(), move, 5)
+    assert replace(again, cpu_s=0.0) == replace(first, cpu_s=0.0)
+
+
+def test_a_motion_that_cannot_be_planned_is_a_fault_and_says_why(rig):
+    stay = Pair(State(8, 0, 10).index, Action(Kind.TRANSLATE, 8).index)
+    record = run_arm_trial(rig, TrialConfig(), stay, 0)
+    assert record.outcome == Outcome.FAULT
+    assert "already" in record.fault

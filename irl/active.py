@@ -1,29 +1,33 @@
 """Active FA-MLIRL, thesis Algorithm 4.1: learn, ask for what is least certain, learn again."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
+from irl.active_state import ActiveState, QueryRecord, identity
 from irl.advice import AVOID_MODES, Advice
-from irl.bellman import BellmanTerm
 from irl.choices import check_choice, check_range
+from irl.clusters import with_intersections
+from irl.committee import Committee
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator, Expert
 from irl.errors import InputError
-from irl.likelihood import LikelihoodProblem
+from irl.function_approx import Learner, Surroundings
 from irl.mdp import TransitionModel
 from irl.preferences import StatePreferences
 from irl.queries import (
     CLUSTER_STRATEGIES,
+    COMMITTEE_STRATEGIES,
     STATE_STRATEGIES,
     QueryContext,
     candidate_states,
     select_cluster,
-    select_state,
+    select_states,
 )
-from irl.training import Training, TrainingConfig, train
-from irl.vr_function import VRFunction, pin, torch_generator
+from irl.training import TrainingConfig
+from irl.vr_function import VRFunction, torch_generator
 
 
 @dataclass(frozen=True)
@@ -33,9 +37,11 @@ class ActiveConfig:
     initial: TrainingConfig = field(default_factory=lambda: TrainingConfig(iterations=10_000))
     """Training on the initial demonstrations."""
     refine: TrainingConfig = field(default_factory=lambda: TrainingConfig(iterations=100))
-    """Training after each query, from the weights at hand."""
+    """Training after each round of queries, from the weights at hand."""
     budget: int = 100
-    """Most queries."""
+    """Most state queries."""
+    batch: int = 1
+    """State queries a round, and cluster queries as many; 1 in the thesis."""
     max_demonstrated: int | None = None
     """Most distinct states with labels, never exceeded; none: the budget alone decides."""
     state_query: str = "masked_entropy"
@@ -44,6 +50,13 @@ class ActiveConfig:
     """Which cluster to ask about, a name in irl.queries.CLUSTER_STRATEGIES, or none."""
     query_beta: float = 1.0
     """Inverse temperature of (4.2) in the queries; 1 in the thesis."""
+    committee: int = 5
+    """Members of the committee, where a strategy asks for one; each costs as much training as
+    the main network."""
+    cluster_intersections: int = 0
+    """Rounds of intersecting clusters to make new ones that may be asked about; 0: none."""
+    smallest_intersection: int = 1
+    """Fewest states of such a new cluster."""
     state_preferences: bool = True
     """Whether preferred and avoided states change the learnt values."""
     action_advice: bool = True
@@ -63,6 +76,10 @@ class ActiveConfig:
         check_choice("cluster_query", self.cluster_query, (*CLUSTER_STRATEGIES, "none"))
         check_choice("avoid", self.avoid, AVOID_MODES)
         check_range("budget", self.budget, 0)
+        check_range("batch", self.batch, 1)
+        check_range("committee", self.committee, 2)
+        check_range("cluster_intersections", self.cluster_intersections, 0)
+        check_range("smallest_intersection", self.smallest_intersection, 1)
         check_range("query_beta", self.query_beta, 0, open_low=True)
         if self.max_demonstrated is not None:
             check_range("max_demonstrated", self.max_demonstrated, 1)
@@ -73,7 +90,8 @@ class Progress:
     """What a callback is told: after each iteration, and once more, with q, when it is learnt.
 
     Attributes:
-        query: 0 for the initial training, k for the one after the k-th answer.
+        query: 0 for the initial training, k for the one after the k-th answer; with a batch, k
+            grows by its size.
         iteration: iterations done in this training.
         iterations: the most it will take.
         log_likelihood: mean log-likelihood of the demonstrations.
@@ -87,23 +105,6 @@ class Progress:
     log_likelihood: float
     labels: Demonstrations
     q: np.ndarray | None = None
-
-
-@dataclass(frozen=True)
-class QueryRecord:
-    """One turn of the loop.
-
-    Attributes:
-        state: the state asked about.
-        cluster: the cluster asked about, None if none was.
-        demonstrated: distinct labelled states after the answer.
-        beta: the inverse temperature after the training that followed.
-    """
-
-    state: int
-    cluster: str | None
-    demonstrated: int
-    beta: float
 
 
 @dataclass(frozen=True)
@@ -130,65 +131,6 @@ class Result:
     history: list[QueryRecord]
 
 
-@dataclass
-class _FunctionApprox:
-    """FunctionApprox with everything that stays the same from call to call."""
-
-    model: TransitionModel
-    features: np.ndarray
-    gamma: float
-    fixed_vr: Mapping[int, float]
-    preferences: StatePreferences
-    avoid: str
-    rng: np.random.Generator
-    callback: Callable[[Progress], None] | None
-
-    def __call__(
-        self,
-        network: VRFunction,
-        labels: Demonstrations,
-        advice: Advice,
-        training: TrainingConfig,
-        query: int,
-    ) -> tuple[np.ndarray, np.ndarray, Training]:
-        """Train ``network`` in place; return Q with advice, f with preferences, and the run."""
-
-        def report(iteration: int, value: float) -> None:
-            if self.callback is not None:
-                self.callback(Progress(query, iteration, training.iterations, value, labels))
-
-        problem = LikelihoodProblem.build(
-            self.model, labels.state, labels.action, fixed_vr=self.fixed_vr
-        )
-        bellman = None
-        if training.bellman_weight > 0:
-            bellman = BellmanTerm(
-                self.model,
-                self.gamma,
-                self.fixed_vr,
-                batch=training.bellman_batch,
-                delta=training.bellman_delta,
-            )
-        run = train(network, problem, self.features, training, self.rng, report, bellman)
-        f = self.preferences.apply(pin(network.values(self.features), self.fixed_vr))
-        q = advice.apply(self.model.q_values(f), self.model.mask, self.avoid)
-        if self.callback is not None:
-            value = run.log_likelihood[-1] if run.log_likelihood.size else float("nan")
-            done = run.log_likelihood.size
-            self.callback(Progress(query, done, training.iterations, float(value), labels, q))
-        return q, f, run
-
-
-def _within(answer: Demonstrations, labels: Demonstrations, most: int | None) -> Demonstrations:
-    """Drop from ``answer`` the last states that would lift ``labels`` above ``most`` states."""
-    if most is None:
-        return answer
-    answer = answer.resolved()
-    new = ~np.isin(answer.state, labels.state)
-    room = most - labels.n_states_demonstrated
-    return answer.select(~new | (np.cumsum(new) <= room))
-
-
 def active_fa_mlirl(
     *,
     model: TransitionModel,
@@ -206,11 +148,14 @@ def active_fa_mlirl(
     callback: Callable[[Progress], None] | None = None,
     candidates: np.ndarray | None = None,
     start_states: np.ndarray | None = None,
+    checkpoint: Path | None = None,
 ) -> Result:
     """Run Algorithm 4.1 from the initial demonstrations to the final action values.
 
-    No state and no cluster is asked about twice. The loop ends early when nothing is left to
-    ask about or ``config.max_demonstrated`` is reached.
+    No state and no cluster is asked about twice. An expert may answer about another cluster than
+    it was asked for, or an intersection; that then joins the clusters (§5.11). With a batch,
+    every question about states is chosen before the first is answered. The loop ends early when
+    no state is left to ask about or ``config.max_demonstrated`` is reached.
 
     Args:
         model: the transition model P.
@@ -228,10 +173,15 @@ def active_fa_mlirl(
         callback: told of every iteration and every learnt policy.
         candidates: state indices that queries stay within; all if absent.
         start_states: where episodes begin; every state with a feasible action if absent.
+        checkpoint: a file to save the state of affairs to after each training. If it exists,
+            the run goes on from there, to the same bits as without interruption; earlier
+            progress is not told again.
 
     Raises:
-        InputError: if a demonstration or an answer is invalid, or D₀ labels more states than
-            ``config.max_demonstrated``.
+        InputError: if a demonstration or an answer is invalid, D₀ labels more states than
+            ``config.max_demonstrated``, or the checkpoint is damaged or comes from a run with
+            other settings or data.
+        OSError: if the checkpoint cannot be written.
     """
     features = np.asarray(features, dtype=np.float32)
     labels = demonstrations.resolved()
@@ -245,49 +195,132 @@ def active_fa_mlirl(
         start_states = np.flatnonzero(np.diff(model.first_pair))
     if not config.state_preferences:
         preferences = StatePreferences()
-    advice = Advice.none(model.n_states, model.n_actions)
-    network = VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng))
-    function_approx = _FunctionApprox(
-        model, features, gamma, fixed_vr, preferences, config.avoid, rng, callback
+    if not config.action_advice or config.cluster_query == "none":
+        expert = None
+    surroundings = Surroundings(model, features, gamma, fixed_vr)
+    carry_beta = config.initial.learn_beta or config.refine.learn_beta
+    committee = None
+    if COMMITTEE_STRATEGIES & {config.state_query, config.cluster_query if expert else "none"}:
+        # Its own stream: the main network learns the same whether there is a committee or not.
+        own_rng = rng.spawn(1)[0]
+        committee = Committee(
+            surroundings,
+            config.committee,
+            config.hidden,
+            own_rng,
+            config.initial.beta,
+            carry_beta,
+        )
+    state = ActiveState(
+        learner=Learner(
+            surroundings,
+            VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng)),
+            config.initial.beta,
+            carry_beta,
+        ),
+        committee=committee,
+        labels=labels,
+        advice=Advice.none(model.n_states, model.n_actions),
+        clusters=with_intersections(
+            clusters, config.cluster_intersections, config.smallest_intersection
+        ),
+        rng=rng,
     )
-    q, f, run = function_approx(network, labels, advice, config.initial, query=0)
-    beta_learnt = config.initial.learn_beta or config.refine.learn_beta
-    asked = np.zeros(0, dtype=np.int64)
-    history: list[QueryRecord] = []
+    run = identity(
+        state,
+        config,
+        {
+            "candidates": candidates,
+            "start_states": start_states,
+            "preferred": preferences.preferred,
+            "avoided": preferences.avoided,
+        },
+    )
 
-    for k in range(1, config.budget + 1):
-        if most is not None and labels.n_states_demonstrated >= most:
-            break
+    def update_q(f: np.ndarray) -> np.ndarray:
+        return state.advice.apply(model.q_values(preferences.apply(f)), model.mask, config.avoid)
+
+    def function_approx(training: TrainingConfig, query: int) -> np.ndarray:
+        tell = callback or (lambda progress: None)
+        labels, n = state.labels, training.iterations
+        fit = state.learner.fit(
+            labels, training, rng, lambda done, value: tell(Progress(query, done, n, value, labels))
+        )
+        done = fit.log_likelihood.size
+        last = float(fit.log_likelihood[-1]) if done else float("nan")
+        q = update_q(state.learner.values())
+        tell(Progress(query, done, n, last, labels, q))
+        return q
+
+    if checkpoint is not None and checkpoint.exists():
+        state.restore(checkpoint, run)
+        q = update_q(state.learner.values())
+    else:
+        q = function_approx(config.initial, query=0)
+        if checkpoint is not None:
+            state.save(checkpoint, run)
+
+    while (left := config.budget - len(state.history)) > 0 and not state.is_full(most):
+        committee_q = None
+        if committee is not None:
+            committee.fit(state.labels, config.refine if state.history else config.initial)
+            committee_q = np.stack([update_q(f) for f in committee.values()])
+        known = np.r_[state.labels.state, np.array(state.asked, dtype=np.int64)]
         context = QueryContext(
             model=model,
             q=q,
             features=features,
-            demonstrated=labels.state,
-            candidates=candidate_states(model, np.r_[labels.state, asked], candidates),
+            demonstrated=state.labels.state,
+            candidates=candidate_states(model, known, candidates),
             beta=config.query_beta,
             start_states=start_states,
             rng=rng,
+            committee_q=committee_q,
         )
-        state = select_state(config.state_query, context)
-        if state is None:
+        answered: list[tuple[int, str | None, int]] = []
+        for query in select_states(config.state_query, context, min(config.batch, left)).tolist():
+            if state.is_full(most):
+                break
+            state.asked.append(query)
+            shown = Demonstrations.from_pairs(
+                demonstrator.trajectory(query, rng),
+                trajectory=int(state.labels.trajectory.max()) + 1,
+            )
+            state.learn_of(generalise(shown), most)
+            cluster = None
+            if expert is not None:
+                cluster = _consult(expert, config.cluster_query, context, state)
+            answered.append((query, cluster, state.labels.n_states_demonstrated))
+        if not answered:
             break
-        asked = np.append(asked, state)
-        shown = Demonstrations.from_pairs(
-            demonstrator.trajectory(state, rng), trajectory=int(labels.trajectory.max()) + 1
-        )
-        labels = labels.merge(_within(generalise(shown), labels, most))
+        q = function_approx(config.refine, query=len(state.history) + len(answered))
+        state.history += [QueryRecord(*answer, beta=state.learner.beta) for answer in answered]
+        if checkpoint is not None:
+            state.save(checkpoint, run)
 
-        cluster = None
-        if expert is not None and config.action_advice and config.cluster_query != "none":
-            advised = {record.cluster for record in history if record.cluster is not None}
-            cluster = select_cluster(config.cluster_query, context, clusters, advised)
-        if expert is not None and cluster is not None:
-            answer = expert.advise(cluster, clusters[cluster])
-            advice = advice.add(clusters[cluster], answer.preferred, answer.avoided)
+    learner = state.learner
+    return Result(
+        q=q,
+        f=preferences.apply(learner.values()),
+        beta=learner.beta,
+        network=learner.network,
+        demonstrations=state.labels,
+        advice=state.advice,
+        history=state.history,
+    )
 
-        # An inverse temperature that was learnt once is where the next training starts.
-        refine = replace(config.refine, beta=run.beta) if beta_learnt else config.refine
-        q, f, run = function_approx(network, labels, advice, refine, query=k)
-        history.append(QueryRecord(state, cluster, labels.n_states_demonstrated, run.beta))
 
-    return Result(q, f, run.beta, network, labels, advice, history)
+def _consult(
+    expert: Expert, strategy: str, context: QueryContext, state: ActiveState
+) -> str | None:
+    """Ask ``expert`` about a cluster, if one is left; note the advice and return its cluster."""
+    asked = select_cluster(strategy, context, state.clusters, state.asked_clusters)
+    if asked is None:
+        return None
+    answer = expert.advise(asked, state.clusters[asked])
+    state.speak_of(asked)
+    cluster = asked if answer.cluster is None else answer.cluster
+    if cluster != asked:
+        state.speak_of(cluster)
+    state.advice = state.advice.add(state.clusters[cluster], answer.preferred, answer.avoided)
+    return cluster

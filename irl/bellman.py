@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irl.checkpoint import fingerprint
 from irl.choices import check_range
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -71,7 +72,7 @@ class BellmanBatch:
         ).mean()
         slope = np.clip(deviation / self.delta, -1.0, 1.0) / deviation.size
         greedy = np.flatnonzero(q == best[seen.segment])
-        _, first_greedy = np.unique(seen.segment[greedy], return_index=True)
+        first_greedy = np.searchsorted(seen.segment[greedy], np.arange(best.size))
         weight = np.zeros(q.size)
         weight[greedy[first_greedy]] = -self.gamma * slope
         df = seen.P.T @ weight
@@ -111,6 +112,15 @@ class BellmanTerm:
         if self._pool.size == 0:
             raise InputError("bellman_weight: no state has feasible actions; set it to 0")
         self._batch = min(batch, self._pool.size)
+
+    def fingerprint(self) -> str:
+        """SHA-256 that tells this penalty from any other."""
+        P = self._model.P
+        return fingerprint(
+            *(self._model.first_pair, P.data, P.indices, P.indptr, self._pool),
+            np.array([*self._fixed_vr.items()], dtype=np.float64),
+            np.array([self._gamma, self._delta, self._batch]),
+        )
 
     def draw(self, rng: np.random.Generator) -> BellmanBatch:
         """The penalty on a fresh batch of distinct states."""

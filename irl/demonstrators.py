@@ -22,10 +22,13 @@ class ClusterAdvice:
     Attributes:
         preferred: actions to benefit.
         avoided: actions to exclude.
+        cluster: the cluster that this is about, if not the one asked for: its name, or an
+            intersection such as ``"a ∩ b"`` (§5.11).
     """
 
     preferred: frozenset[int] = frozenset()
     avoided: frozenset[int] = frozenset()
+    cluster: str | None = None
 
     def __post_init__(self) -> None:
         """Check (3.8).
@@ -76,7 +79,7 @@ class OracleDemonstrator:
         uncomfortable: indices of states to keep out of, if it costs little.
         lost_states: indices of states that end a run for the worse.
         goal_reward: at least 0, like the next four.
-        action_cost: cost of an action.
+        action_cost: cost of an action, one number or ``[n_pairs]``.
         discomfort: penalty of an uncomfortable state.
         loss: penalty of a lost state.
         surprise: dislike of actions with uncertain outcomes; no reward on states explains it.
@@ -91,7 +94,7 @@ class OracleDemonstrator:
     uncomfortable: np.ndarray | None = None
     lost_states: np.ndarray | None = None
     goal_reward: float = 1.0
-    action_cost: float = 0.01
+    action_cost: float | np.ndarray = 0.01
     discomfort: float = 0.05
     loss: float = 1.0
     surprise: float = 0.0

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irl.checkpoint import fingerprint
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.neighbourhood import Neighbourhood
@@ -87,6 +88,10 @@ class LikelihoodProblem:
         """int64 ``[u]``: the states whose f is needed, in the order it is wanted."""
         return self.seen.visible
 
+    def fingerprint(self) -> str:
+        """SHA-256 that tells this problem from any other."""
+        return fingerprint(*self.seen.arrays(), self.label_share)
+
     def value_and_gradient(
         self, f: np.ndarray, beta: float | np.ndarray
     ) -> tuple[float, np.ndarray, float]:
@@ -105,9 +110,10 @@ class LikelihoodProblem:
         peak = np.maximum.reduceat(z, seen.first)
         e = np.exp(z - peak[seen.segment])
         total = np.add.reduceat(e, seen.first)
-        value = self.label_share @ z - self.state_share @ (np.log(total) + peak)
+        # Sums, not @: on long vectors BLAS would call up threads, slowly, and change the last bits.
+        value = (self.label_share * z).sum() - (self.state_share * (np.log(total) + peak)).sum()
         e *= (self.state_share / total)[seen.segment]
         surplus = self.label_share - e  # what was demonstrated, less what the model expects
         df = seen.P_transposed @ (beta * surplus)
         df[seen.pinned] = 0.0
-        return float(value), df, float(surplus @ q)
+        return float(value), df, float((surplus * q).sum())

@@ -58,17 +58,18 @@ class Neighbourhood:
         segment = np.repeat(np.arange(states.size), width)
         rows = np.arange(segment.size) + (begin - first)[segment]
         P = model.P[rows]
-        seen = np.zeros(model.n_states, dtype=bool)
-        seen[P.indices] = True
-        if include_states:
-            seen[states] = True
-        visible = np.flatnonzero(seen)
-        column = np.cumsum(seen, dtype=P.indices.dtype) - 1
+        # Sorting what is seen, not marking it among all states, whose number must not matter.
+        asked_for = np.concatenate([P.indices, states if include_states else states[:0]])
+        visible, column = np.unique(asked_for, return_inverse=True)
+        visible = visible.astype(np.int64)
         compact = sparse.csr_matrix(
-            (P.data, column[P.indices].astype(P.indices.dtype), P.indptr),
+            (P.data, column[: P.indices.size].astype(P.indices.dtype), P.indptr),
             shape=(rows.size, visible.size),
         )
-        known = {s: v for s, v in fixed_vr.items() if seen[s]}
+        fixed = np.array(list(fixed_vr), dtype=np.int64)
+        fixed_value = np.array(list(fixed_vr.values()), dtype=np.float64)
+        position = np.searchsorted(visible, fixed)
+        known = visible[np.minimum(position, visible.size - 1)] == fixed
         return cls(
             states=states,
             rows=rows,
@@ -76,14 +77,19 @@ class Neighbourhood:
             segment=segment,
             visible=visible,
             P=compact,
-            pinned=column[list(known)].astype(np.int64),
-            pinned_value=np.array(list(known.values()), dtype=np.float64),
+            pinned=position[known],
+            pinned_value=fixed_value[known],
         )
 
     @cached_property
     def P_transposed(self) -> sparse.csr_matrix:
         """CSR ``[u, n_pairs]``: carries gradients from pairs back to states."""
         return self.P.T.tocsr()
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """Everything it consists of, for a fingerprint."""
+        P = (self.P.data, self.P.indices, self.P.indptr)
+        return (self.states, self.first, self.visible, *P, self.pinned, self.pinned_value)
 
     def pin(self, f: np.ndarray) -> np.ndarray:
         """Copy f ``[u]`` as float64, pinned states at their known values."""

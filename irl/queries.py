@@ -10,12 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from irl.choices import check_choice
+from irl.choices import check_choice, check_range
+from irl.errors import InputError
 from irl.mdp import TransitionModel
+from irl.uncertainty import (
+    action_probabilities,
+    entropy,
+    mutual_information,
+    value_of_information,
+    vote_entropy,
+)
 
 TOP_SHARE = 0.1  # of the candidates, by entropy, among which diversified_entropy spreads
 HORIZON = 20  # actions that visitation_entropy looks ahead
 RARE = 1e-6  # visits credited to states never visited, to keep them in order of entropy
+SHORTLIST = 16  # candidates, by mutual information, whose value of information is worked out
+DECISIONS = 1024  # states, by expected visits, whose decisions that value is summed over
+CROWD = 10  # a batch of n is spread over the 10 n best-scored candidates
 
 
 @dataclass(frozen=True)
@@ -31,6 +42,8 @@ class QueryContext:
         beta: inverse temperature of the action probabilities (4.2); 1 in the thesis.
         start_states: int64, where episodes begin.
         rng: for random choices and ties.
+        committee_q: float64 ``[n_members, n_states, n_actions]``, each member's ``q``, −∞ in
+            the same places; None unless a strategy of ``COMMITTEE_STRATEGIES`` is to choose.
     """
 
     model: TransitionModel
@@ -41,23 +54,7 @@ class QueryContext:
     beta: float
     start_states: np.ndarray
     rng: np.random.Generator
-
-
-def action_probabilities(q: np.ndarray, beta: float) -> np.ndarray:
-    """P_s(a) ∝ exp(β Q(s, a)), thesis (4.2), over finite entries; rows of −∞ give zeros.
-
-    Shapes: ``[n_states, n_actions]`` both ways.
-    """
-    z = beta * q
-    peak = z.max(axis=1, keepdims=True)
-    e = np.exp(z - np.where(np.isfinite(peak), peak, 0.0))
-    return e / np.maximum(e.sum(axis=1, keepdims=True), np.finfo(float).tiny)
-
-
-def entropy(q: np.ndarray, beta: float = 1.0) -> np.ndarray:
-    """E(s), thesis (4.1), in nats: ``[n_states]``, from 0 to the log of the finite entries."""
-    p = action_probabilities(q, beta)
-    return -(p * np.log(np.where(p > 0, p, 1.0))).sum(axis=1) + 0.0
+    committee_q: np.ndarray | None = None
 
 
 def thesis_entropy(context: QueryContext) -> np.ndarray:
@@ -90,8 +87,7 @@ def diversified_entropy(context: QueryContext) -> np.ndarray:
     uncertainty = masked_entropy(context)[candidates]
     n_top = max(1, int(np.ceil(TOP_SHARE * candidates.size)))
     top = candidates[uncertainty >= np.partition(uncertainty, -n_top)[-n_top]]
-    spread = context.features.std(axis=0)
-    x = context.features / np.where(spread > 0, spread, 1.0)
+    x = _unit_variance(context.features)
     nearest = np.full(top.size, np.inf)
     for block in np.array_split(context.demonstrated, -(-context.demonstrated.size // 1024) or 1):
         if block.size:
@@ -107,16 +103,36 @@ def visitation_entropy(context: QueryContext) -> np.ndarray:
     Visits are counted over the first 20 actions of episodes that begin uniformly in the start
     states and follow (4.2).
     """
-    model = context.model
-    policy = action_probabilities(context.q, context.beta)[model.pair_state, model.pair_action]
-    forward = model.P.T.tocsr()
-    here = np.zeros(model.n_states)
-    here[context.start_states] = 1.0 / context.start_states.size
-    visits = here.copy()
-    for _ in range(HORIZON - 1):
-        here = forward @ (policy * here[model.pair_state])
-        visits += here
-    return masked_entropy(context) * (visits + RARE)
+    return masked_entropy(context) * (_visits(context) + RARE)
+
+
+def bald(context: QueryContext) -> np.ndarray:
+    """Mutual information between the action and the committee's member, see there."""
+    return mutual_information(action_probabilities(_committee(context), context.beta))
+
+
+def votes(context: QueryContext) -> np.ndarray:
+    """Entropy of the committee's votes for the best action."""
+    return vote_entropy(_committee(context))
+
+
+def information_value(context: QueryContext) -> np.ndarray:
+    """Expected value of information, for decisions where the present policy goes.
+
+    An answer says nothing about which member is right where they agree, so the 16 candidates
+    of the highest mutual information are shortlisted; the others score −∞. Decisions are
+    counted by their expected visits, as in ``visitation_entropy``, over the 1024 states that
+    have most of them.
+    """
+    q = _committee(context)
+    candidates = context.candidates
+    p = action_probabilities(q[:, candidates], context.beta)
+    top = np.argsort(-mutual_information(p), kind="stable")[:SHORTLIST]
+    visits = np.where(np.isfinite(q[0]).any(axis=1), _visits(context) + RARE, 0.0)
+    decided = np.argsort(-visits, kind="stable")[: min(DECISIONS, np.count_nonzero(visits))]
+    scores = np.full(context.model.n_states, -np.inf)
+    scores[candidates[top]] = value_of_information(p[:, top], q[:, decided], visits[decided])
+    return scores
 
 
 def random(context: QueryContext) -> np.ndarray:
@@ -131,13 +147,45 @@ STATE_STRATEGIES: dict[str, Strategy] = {
     "margin": margin,
     "diversified_entropy": diversified_entropy,
     "visitation_entropy": visitation_entropy,
+    "bald": bald,
+    "vote_entropy": votes,
+    "value_of_information": information_value,
     "random": random,
 }
 CLUSTER_STRATEGIES: dict[str, Strategy] = {
     "thesis_entropy": thesis_entropy,
     "masked_entropy": masked_entropy,
+    "bald": bald,
     "random": random,
 }
+COMMITTEE_STRATEGIES = frozenset({"bald", "vote_entropy", "value_of_information"})
+
+
+def _committee(context: QueryContext) -> np.ndarray:
+    if context.committee_q is None:
+        raise InputError(
+            f"queries: {', '.join(sorted(COMMITTEE_STRATEGIES))} need a committee's action values"
+        )
+    return context.committee_q
+
+
+def _unit_variance(features: np.ndarray) -> np.ndarray:
+    spread = features.std(axis=0)
+    return features / np.where(spread > 0, spread, 1.0)
+
+
+def _visits(context: QueryContext) -> np.ndarray:
+    """Expected visits in the first 20 actions under (4.2), from uniform starts: ``[n_states]``."""
+    model = context.model
+    policy = action_probabilities(context.q, context.beta)[model.pair_state, model.pair_action]
+    forward = model.P.T.tocsr()
+    here = np.zeros(model.n_states)
+    here[context.start_states] = 1.0 / context.start_states.size
+    visits = here.copy()
+    for _ in range(HORIZON - 1):
+        here = forward @ (policy * here[model.pair_state])
+        visits += here
+    return visits
 
 
 def candidate_states(
@@ -163,11 +211,48 @@ def select_state(strategy: str, context: QueryContext) -> int | None:
     Raises:
         InputError: if the strategy is unknown.
     """
+    return next(iter(select_states(strategy, context).tolist()), None)
+
+
+def select_states(strategy: str, context: QueryContext, count: int = 1) -> np.ndarray:
+    """Candidates to ask about at once: int64 ``[≤ count]``, all distinct.
+
+    The first is the one that scores highest. Its likes score high as well, and one answer
+    settles them all; so the others are spread over the best-scored 10 · ``count`` (those that
+    score −∞ only if too few are left), each the farthest from those chosen before
+    (farthest-first traversal, Gonzalez 1985; distance as in ``diversified_entropy``).
+    ``random`` draws the whole batch uniformly.
+
+    Args:
+        strategy: a name in ``STATE_STRATEGIES``.
+        context: what is known.
+        count: most states wanted, at least 1; fewer come only when candidates run out.
+
+    Raises:
+        InputError: if the strategy is unknown, or ``count`` is below 1.
+    """
     check_choice("state_query", strategy, STATE_STRATEGIES)
-    if context.candidates.size == 0:
-        return None
-    scores = STATE_STRATEGIES[strategy](context)[context.candidates]
-    return int(context.rng.choice(context.candidates[scores == scores.max()]))
+    check_range("batch", count, 1)
+    candidates = context.candidates
+    if candidates.size == 0:
+        return candidates
+    scores = STATE_STRATEGIES[strategy](context)[candidates]
+    chosen = [int(context.rng.choice(candidates[scores == scores.max()]))]
+    count = min(count, candidates.size)
+    if count > 1:
+        rest = context.rng.permutation(np.flatnonzero(candidates != chosen[0]))
+        ranked = rest[np.argsort(-scores[rest], kind="stable")]
+        crowd = count if strategy == "random" else CROWD * count
+        scored = min(crowd - 1, np.count_nonzero(scores[rest] > -np.inf))
+        pool = candidates[ranked[: max(count - 1, scored)]]
+        x = _unit_variance(context.features)
+        nearest = np.full(pool.size, np.inf)
+        while len(chosen) < count:
+            nearest = np.minimum(nearest, cdist(x[pool], x[chosen[-1:]])[:, 0])
+            farthest = nearest.argmax()
+            chosen.append(int(pool[farthest]))
+            nearest[farthest] = -np.inf
+    return np.array(chosen)
 
 
 def select_cluster(

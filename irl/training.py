@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 
 from irl.bellman import BellmanTerm
+from irl.checkpoint import Checkpoint, fingerprint, load, restore_rng, rng_state, save
 from irl.choices import check_choice, check_range
 from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
@@ -15,7 +18,7 @@ from irl.optimizers import OPTIMIZERS
 from irl.vr_function import VRFunction
 
 SCHEDULES = ("cosine", "none")
-WINDOW = 100  # iterations that the convergence test looks back over
+WINDOW = 100  # iterations that the convergence test averages over
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,8 @@ class TrainingConfig:
     learn_beta: bool = False
     """Whether β is adjusted with the weights."""
     tolerance: float = 0.0
-    """Stop once 100 iterations change the mean log-likelihood by less than this; 0 never stops."""
+    """Stop once the log-likelihood, averaged over 100 iterations, differs by less than this from
+    the 100 iterations before; 0 never stops."""
     weight_decay: float = 0.0
     """Shrinkage of the weights per unit of step (decoupled for adam)."""
     bellman_weight: float = 0.0
@@ -83,6 +87,58 @@ class Training:
     converged: bool
 
 
+class _State:
+    """Everything that changes in training, and so everything that a checkpoint holds."""
+
+    def __init__(
+        self, network: VRFunction, config: TrainingConfig, rng: np.random.Generator
+    ) -> None:
+        """Begin; ``network`` and ``rng`` are shared, not copied."""
+        # log β and the common reward: one number each, in their natural scales, never decayed.
+        self.scalars = torch.tensor([math.log(config.beta), 0.0], dtype=torch.float64)
+        optimizer = OPTIMIZERS[config.optimizer]
+        self.ascend = optimizer(network.parameters, config.weight_decay)
+        self.ascend_scalars = optimizer(self.scalars)
+        self.log_likelihood = np.empty(config.iterations)
+        self.done = 0
+        self._rng = rng
+        self._tensors = {
+            "parameters": network.parameters,
+            "moments": self.ascend.moments,
+            "scalars": self.scalars,
+            "scalar_moments": self.ascend_scalars.moments,
+        }
+
+    def settled(self, tolerance: float) -> bool:
+        """Whether two successive windows' mean log-likelihoods differ by less than ``tolerance``.
+
+        Means, because single values cross each other wherever Adam swings about an optimum.
+        """
+        if tolerance == 0 or self.done < 2 * WINDOW:
+            return False
+        before, after = self.log_likelihood[self.done - 2 * WINDOW : self.done].reshape(2, WINDOW)
+        return bool(abs(after.mean() - before.mean()) < tolerance)
+
+    def save(self, path: Path, identity: dict[str, Any]) -> None:
+        """Write a checkpoint."""
+        arrays = {name: tensor.cpu().numpy() for name, tensor in self._tensors.items()}
+        arrays["log_likelihood"] = self.log_likelihood[: self.done]
+        save(path, arrays, {"done": self.done, "rng": rng_state(self._rng)}, identity)
+
+    def restore(self, path: Path, identity: dict[str, Any]) -> None:
+        """Go on from a checkpoint.
+
+        Raises:
+            InputError: if it is damaged or of other training.
+        """
+        arrays, state = load(path, identity)
+        for name, tensor in self._tensors.items():
+            tensor.copy_(torch.from_numpy(arrays[name]))
+        self.done = self.ascend.steps = self.ascend_scalars.steps = state["done"]
+        self.log_likelihood[: self.done] = arrays["log_likelihood"]
+        restore_rng(self._rng, state["rng"])
+
+
 def train(
     network: VRFunction,
     problem: LikelihoodProblem,
@@ -91,62 +147,106 @@ def train(
     rng: np.random.Generator,
     callback: Callable[[int, float], None] | None = None,
     bellman: BellmanTerm | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> Training:
     """Adjust ``network`` in place towards the maximum of (3.19); the same inputs, the same bits.
 
+    A callback may end training by raising: the network then has the weights of the iterations
+    done. With a checkpoint, however training was interrupted, the same call with the same
+    initial weights goes on from what was saved last, and ends with the bits of training that
+    was never interrupted.
+
     Args:
-        network: the VR function; training starts from its present weights.
+        network: the VR function; training starts from its present weights, on its device.
         problem: the demonstrations.
         features: ``[n_states, n_features]``.
         config: how to train.
         rng: draws the batches of the Bellman term, and nothing else.
         callback: called after each step with the iterations done and the mean
-            log-likelihood before that step; the network may be read meanwhile.
+            log-likelihood before that step; the network may be read meanwhile. Iterations that
+            a checkpoint already holds are not told again.
         bellman: the penalty's states; required if ``config.bellman_weight`` is above 0.
+        checkpoint: where to save training, and to take it up again; nowhere if absent.
 
     Raises:
-        InputError: if the Bellman term is missing, or training diverges.
+        InputError: if the Bellman term is missing, training diverges, or the checkpoint is
+            damaged or belongs to other training.
+        OSError: if the checkpoint cannot be written.
     """
     if config.bellman_weight > 0 and bellman is None:
         raise InputError("bellman_weight: above 0 needs a Bellman term (transition model, gamma)")
+    if config.bellman_weight == 0:
+        bellman = None
     x = torch.as_tensor(features, dtype=torch.float32)
     at = network.at(x[torch.from_numpy(problem.states)])
-    # log β and the common reward: one number each, in their natural scales, never decayed.
-    scalars = torch.tensor([math.log(config.beta), 0.0], dtype=torch.float64)
-    ascend = OPTIMIZERS[config.optimizer](network.parameters, config.weight_decay)
-    ascend_scalars = OPTIMIZERS[config.optimizer](scalars)
-    history = np.empty(config.iterations)
-    done, converged = 0, False
-    while done < config.iterations and not converged:
-        beta = math.exp(scalars[0].item())
-        value, df, dbeta = problem.value_and_gradient(at.forward().numpy(), beta)
+    state = _State(network, config, rng)
+    identity: dict[str, Any] = {}
+    if checkpoint is not None:
+        identity = _identity(network, problem, x, config, rng, bellman)
+        if checkpoint.path.exists():
+            state.restore(checkpoint.path, identity)
+        else:  # at once, so that a path that cannot be written costs no work
+            state.save(checkpoint.path, identity)
+    resumed_from = state.done
+    scalars_too = config.learn_beta or bellman is not None
+    while state.done < config.iterations and not state.settled(config.tolerance):
+        size = _step(config, state.done)
+        beta = math.exp(state.scalars[0].item())
+        value, df, dbeta = problem.value_and_gradient(at.forward().cpu().numpy(), beta)
         if not math.isfinite(value):
-            raise InputError(f"step: training diverged at iteration {done}; choose a smaller step")
+            raise InputError(
+                f"step: training diverged at iteration {state.done}; choose a smaller step"
+            )
         gradient = at.backward(torch.from_numpy(df))
-        gradient_scalars = torch.zeros_like(scalars)
+        gradient_scalars = torch.zeros_like(state.scalars)
         if config.learn_beta:
             gradient_scalars[0] = beta * dbeta
-        if config.bellman_weight > 0 and bellman is not None:
+        if bellman is not None:
             batch = bellman.draw(rng)
             at_batch = network.at(x[torch.from_numpy(batch.states)])
-            f = at_batch.forward().numpy()
-            if done == 0:  # begin where the penalty, nearly an absolute value, is least
-                scalars[1] = float(np.median(batch.rewards(f)))
-            _, df, dreward = batch.value_and_gradient(f, scalars[1].item())
+            f = at_batch.forward().cpu().numpy()
+            if state.done == 0:  # begin where the penalty, nearly an absolute value, is least
+                state.scalars[1] = float(np.median(batch.rewards(f)))
+            _, df, dreward = batch.value_and_gradient(f, state.scalars[1].item())
             gradient -= config.bellman_weight * at_batch.backward(torch.from_numpy(df))
             gradient_scalars[1] = -config.bellman_weight * dreward
-        ascend.step(gradient, _step(config, done))
-        if config.learn_beta or config.bellman_weight > 0:
-            ascend_scalars.step(gradient_scalars, _step(config, done))
-        history[done] = value
-        done += 1
-        if config.tolerance > 0 and done > WINDOW:
-            converged = abs(value - history[done - 1 - WINDOW]) < config.tolerance
+        state.ascend.step(gradient, size)
+        if scalars_too:
+            state.ascend_scalars.step(gradient_scalars, size)
+        state.log_likelihood[state.done] = value
+        state.done += 1
+        if checkpoint is not None and state.done % checkpoint.every == 0:
+            state.save(checkpoint.path, identity)
         if callback is not None:
-            callback(done, value)
+            callback(state.done, value)
+    if checkpoint is not None and state.done > resumed_from:
+        state.save(checkpoint.path, identity)
     return Training(
-        history[:done].copy(), math.exp(scalars[0].item()), scalars[1].item(), converged
+        log_likelihood=state.log_likelihood[: state.done].copy(),
+        beta=math.exp(state.scalars[0].item()),
+        step_reward=state.scalars[1].item(),
+        converged=state.settled(config.tolerance),
     )
+
+
+def _identity(
+    network: VRFunction,
+    problem: LikelihoodProblem,
+    features: torch.Tensor,
+    config: TrainingConfig,
+    rng: np.random.Generator,
+    bellman: BellmanTerm | None,
+) -> dict[str, Any]:
+    """What tells this training from any other, before it begins: see ``irl.checkpoint``."""
+    return {
+        **{f"config.{name}": value for name, value in asdict(config).items()},
+        "bellman": None if bellman is None else bellman.fingerprint(),
+        "demonstrations": problem.fingerprint(),
+        "device": network.parameters.device.type,
+        "features": fingerprint(features.cpu().numpy()),
+        "initial_weights": fingerprint(*network.arrays().values()),
+        "rng": rng_state(rng),
+    }
 
 
 def _step(config: TrainingConfig, done: int) -> float:

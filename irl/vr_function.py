@@ -10,13 +10,29 @@ layer, bias included, is one matrix product in each direction and nothing is all
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import torch
 
+from irl.choices import check_choice
 from irl.errors import InputError
 
+DEVICES = ("cpu", "cuda")
 CHUNK = 65_536  # states evaluated at a time by ``values``: bounds memory
+ALIGNMENT = 16  # buffers hold a multiple of so many states: 64 bytes, a cache line
+
+
+def torch_device(name: str) -> torch.device:
+    """Where a network lives: ``cpu``, or ``cuda`` for large problems on a GPU.
+
+    Raises:
+        InputError: if the name is unknown, or this machine has no such device.
+    """
+    check_choice("device", name, DEVICES)
+    if name == "cuda" and not torch.cuda.is_available():
+        raise InputError("device: 'cuda' is not available to PyTorch here; choose 'cpu'")
+    return torch.device(name)
 
 
 def torch_generator(rng: np.random.Generator) -> torch.Generator:
@@ -43,13 +59,15 @@ class VRFunction:
         *,
         generator: torch.Generator,
         additive: bool = False,
+        device: str = "cpu",
     ) -> None:
         """Draw Θ₀ from ``generator``: uniform within ±1/√n_in, as PyTorch's linear layers.
 
-        The default widths are those of thesis §6.3.
+        The default widths are those of thesis §6.3. Θ₀ is drawn on the CPU, so that one seed
+        starts from the same weights on every device.
 
         Raises:
-            InputError: if a width is below 1.
+            InputError: if a width is below 1, or there is no such device.
         """
         if min((n_features, *hidden)) < 1:
             raise InputError(
@@ -60,12 +78,13 @@ class VRFunction:
         )
         widths = (columns[0].stop, *hidden, 1)
         shapes = [(n_out, n_in + 1) for n_in, n_out in pairwise(widths)]
-        self.n_features = n_features
-        self.parameters = torch.zeros(len(columns) * sum(a * b for a, b in shapes))
-        layers = _views(self.parameters, shapes * len(columns))
-        for layer in layers:
+        drawn = torch.zeros(len(columns) * sum(a * b for a, b in shapes))
+        for layer in _views(drawn, shapes * len(columns)):
             bound = (layer.shape[1] - 1) ** -0.5
             layer.uniform_(-bound, bound, generator=generator)
+        self.n_features = n_features
+        self.parameters = drawn.to(torch_device(device))
+        layers = _views(self.parameters, shapes * len(columns))
         depth = len(shapes)
         self.terms = [
             (columns[k], layers[k * depth : (k + 1) * depth]) for k in range(len(columns))
@@ -91,23 +110,25 @@ class VRFunction:
             InputError: as ``at``.
         """
         x = torch.as_tensor(features, dtype=torch.float32)
-        return torch.cat([self.at(part).forward() for part in x.split(CHUNK)]).double().numpy()
+        f = [self.at(part).forward().cpu() for part in x.split(CHUNK)]
+        return torch.cat(f).double().numpy()
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Copy the weights out, as ``term.layer.weight`` ``[n_out, n_in]`` and ``….bias``."""
         arrays = {}
         for k, (_, layers) in enumerate(self.terms):
             for i, layer in enumerate(layers):
-                arrays[f"{k}.{i}.weight"] = layer[:, :-1].numpy().copy()
-                arrays[f"{k}.{i}.bias"] = layer[:, -1].numpy().copy()
+                arrays[f"{k}.{i}.weight"] = layer[:, :-1].cpu().numpy().copy()
+                arrays[f"{k}.{i}.bias"] = layer[:, -1].cpu().numpy().copy()
         return arrays
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "VRFunction":
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray], device: str = "cpu") -> "VRFunction":
         """Rebuild a network from what ``arrays()`` gave; widths are read off the shapes.
 
         Raises:
-            InputError: if a name is missing or unknown, or shapes don't fit together.
+            InputError: if a name is missing or unknown, shapes don't fit together, or there is
+                no such device.
         """
         weights = [np.shape(arrays[name]) for name in sorted(arrays) if name[-7:] == ".weight"]
         n_terms = len({name.split(".")[0] for name in arrays})
@@ -119,6 +140,7 @@ class VRFunction:
             [n_out for n_out, _ in weights[: depth - 1]],
             generator=torch.Generator(),
             additive=n_terms > 1,
+            device=device,
         )
         wanted = network.arrays()
         if wanted.keys() != arrays.keys():
@@ -135,34 +157,69 @@ class VRFunction:
         return network
 
 
+class _Layer(NamedTuple):
+    """A layer at n states: its buffers, and the views of them that each evaluation needs.
+
+    A view costs about as much to make as a small matrix product, so all are made once.
+
+    Attributes:
+        weights: ``[n_out, n_in + 1]``, the network's own.
+        back: ``[n_in, n_out]``: the weights without the bias, transposed.
+        gradient: ``[n_out, n_in + 1]``, of the weights.
+        inputs: ``[n_in + 1, n]``, the last row 1.
+        inputs_T: the same, transposed.
+        activations: ``[n_in, n]``: ``inputs`` without the last row; the layer below fills it.
+        slopes: ``[n_in, n]``: derivatives by what the layer below gave before its ReLU.
+    """
+
+    weights: torch.Tensor
+    back: torch.Tensor
+    gradient: torch.Tensor
+    inputs: torch.Tensor
+    inputs_T: torch.Tensor
+    activations: torch.Tensor
+    slopes: torch.Tensor
+
+    @classmethod
+    def at(cls, weights: torch.Tensor, gradient: torch.Tensor, n: int) -> "_Layer":
+        """Allocate the buffers for n states."""
+        inputs = torch.ones(weights.shape[1], n, device=weights.device)
+        activations = inputs[:-1]
+        slopes = torch.empty_like(activations)
+        return cls(weights, weights[:, :-1].T, gradient, inputs, inputs.T, activations, slopes)
+
+
 class Evaluation:
     """f and its gradient at fixed states, always with the network's present weights."""
 
     def __init__(self, network: VRFunction, features: torch.Tensor) -> None:
         """Allocate the buffers; ``features`` float32 ``[n, n_features]``."""
         n = len(features)
+        # Rows that begin on a cache line make products faster. States that only fill up have
+        # features 1 and df 0, and so no part in any result.
+        size = -(-n // ALIGNMENT) * ALIGNMENT
         self._gradient = torch.zeros_like(network.parameters)
-        self._score = torch.empty(1, n)
-        self._f = torch.empty(1, n)
+        self._f, self._df, self._top = self._gradient.new_zeros(3, 1, size)
+        self._f_asked, self._df_asked = self._f[0, :n], self._df[0, :n]
         shapes = [
             (layer.shape[0], layer.shape[1]) for _, layers in network.terms for layer in layers
         ]
         gradients = iter(_views(self._gradient, shapes))
         self._terms = []
-        for columns, layers in network.terms:
-            inputs = [torch.ones(layer.shape[1], n) for layer in layers]
-            inputs[0][:-1] = features[:, columns].T
-            slopes = [torch.empty(layer.shape[1] - 1, n) for layer in layers[1:]]
-            self._terms.append((layers, [next(gradients) for _ in layers], inputs, slopes))
+        for columns, weights in network.terms:
+            layers = [_Layer.at(w, next(gradients), size) for w in weights]
+            layers[0].activations[:, :n] = features[:, columns].T
+            self._terms.append(layers)
 
     def forward(self) -> torch.Tensor:
         """F ``[n]``, a buffer that the next call overwrites."""
-        self._f.zero_()
-        for layers, _, inputs, _ in self._terms:
-            for layer, below, above in zip(layers, inputs, inputs[1:], strict=False):
-                torch.mm(layer, below, out=above[:-1]).relu_()
-            self._f += torch.mm(layers[-1], inputs[-1], out=self._score)
-        return self._f.tanh_()[0]
+        for k, layers in enumerate(self._terms):
+            for layer, above in pairwise(layers):
+                torch.mm(layer.weights, layer.inputs, out=above.activations).relu_()
+            # The first term overwrites, the others add.
+            self._f.addmm_(layers[-1].weights, layers[-1].inputs, beta=min(k, 1))
+        self._f.tanh_()
+        return self._f_asked
 
     def backward(self, df: torch.Tensor) -> torch.Tensor:
         """Gradient in Θ of Σ df·f, given df ``[n]``; once after each ``forward``.
@@ -170,16 +227,18 @@ class Evaluation:
         Returns:
             float32 ``[n_parameters]``, a buffer that the next call overwrites.
         """
-        f = self._f[0]
-        top = (df.to(torch.float32) * (1 - f * f))[None]
-        for layers, gradients, inputs, slopes in self._terms:
-            torch.mm(top, inputs[-1].T, out=gradients[-1])
+        self._df_asked.copy_(df)
+        # tanh' = 1 − f²
+        top = torch.mul(self._df, self._f, out=self._top)
+        torch.addcmul(self._df, top, self._f, value=-1, out=top)
+        for layers in self._terms:
             above = top
-            for i in range(len(layers) - 1, 0, -1):
-                torch.mm(layers[i][:, :-1].T, above, out=slopes[i - 1])
+            for layer in layers[:0:-1]:
+                torch.mm(above, layer.inputs_T, out=layer.gradient)
+                torch.mm(layer.back, above, out=layer.slopes)
                 # ReLU's slope is its output's sign, and the output has served by now.
-                above = slopes[i - 1].mul_(inputs[i][:-1].sign_())
-                torch.mm(above, inputs[i - 1].T, out=gradients[i - 1])
+                above = layer.slopes.mul_(layer.activations.sign_())
+            torch.mm(above, layers[0].inputs_T, out=layers[0].gradient)
         return self._gradient
 
 

@@ -5,12 +5,23 @@ import pytest
 import torch
 
 from irl.active import ActiveConfig, active_fa_mlirl
+from irl.advice import Advice
+from irl.committee import Committee
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import ClusterAdvice
+from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert
 from irl.domains.gridworld import DOWN, LEFT, RIGHT, UP, GridWorld
 from irl.errors import InputError
+from irl.function_approx import Learner, Surroundings
 from irl.preferences import StatePreferences
+from irl.queries import (
+    COMMITTEE_STRATEGIES,
+    STATE_STRATEGIES,
+    QueryContext,
+    select_cluster,
+    select_state,
+)
 from irl.training import TrainingConfig
+from irl.vr_function import VRFunction, torch_generator
 
 torch.set_num_threads(1)  # networks this small gain nothing from more
 
@@ -176,9 +187,221 @@ def test_bellman_term_joins_in():
     assert not np.array_equal(run(config)[0].f, run(replace(CONFIG, budget=0))[0].f)
 
 
+SHORT = replace(
+    CONFIG,
+    initial=replace(CONFIG.initial, iterations=40),
+    refine=replace(CONFIG.refine, iterations=10),
+)
+
+
+@pytest.mark.parametrize("strategy", sorted(STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES))
+def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
+    config = replace(SHORT, state_query=strategy, budget=4)
+    result, _ = run(config, seed=3)
+
+    guide, rng = Guide([], []), np.random.default_rng(3)
+    surroundings = Surroundings(WORLD.model, WORLD.features.astype(np.float32), 0.9, {})
+    network = VRFunction(2, config.hidden, generator=torch_generator(rng))
+    learner = Learner(surroundings, network)
+    labels, advice, asked, advised = ONE_CORNER.resolved(), Advice.none(49, 4), [], []
+    learner.fit(labels, config.initial, rng)
+    for _ in range(config.budget):
+        context = QueryContext(
+            model=WORLD.model,
+            q=advice.apply(WORLD.model.q_values(learner.values()), WORLD.model.mask),
+            features=surroundings.features,
+            demonstrated=labels.state,
+            candidates=np.setdiff1d(np.arange(49), [*labels.state, *asked]),
+            beta=config.query_beta,
+            start_states=np.arange(49),
+            rng=rng,
+        )
+        asked.append(select_state(strategy, context))
+        labels = labels.merge(Demonstrations.from_pairs(guide.trajectory(asked[-1], rng)))
+        cluster = select_cluster("masked_entropy", context, CLUSTERS, advised)
+        if cluster is not None:
+            advised.append(cluster)
+            answer = guide.advise(cluster, CLUSTERS[cluster])
+            advice = advice.add(CLUSTERS[cluster], answer.preferred, answer.avoided)
+        learner.fit(labels, config.refine, rng)
+    assert [record.state for record in result.history] == asked
+    assert [record.cluster for record in result.history] == [*advised, None, None]
+    assert torch.equal(result.network.parameters, network.parameters)
+    q = advice.apply(WORLD.model.q_values(learner.values()), WORLD.model.mask)
+    assert result.q.tobytes() == q.tobytes()
+
+
+@pytest.mark.parametrize("strategy", STATE_STRATEGIES)
+def test_batches_count_questions_and_never_repeat_one(strategy):
+    told = []
+    config = replace(SHORT, state_query=strategy, budget=7, batch=3, committee=2)
+    result, guide = run(config, callback=told.append)
+    assert len(result.history) == len(guide.asked) == len(set(guide.asked)) == 7
+    assert [p.query for p in told if p.q is not None] == [0, 3, 6, 7]
+    assert sorted(guide.advised) == ["left", "top"]  # one with each of the first two questions
+    assert [record.cluster is None for record in result.history] == [False, False] + [True] * 5
+    again, _ = run(config)
+    assert again.q.tobytes() == result.q.tobytes()
+    assert again.history == result.history
+
+
+def test_a_batch_ends_when_enough_is_demonstrated_or_nothing_is_left():
+    result, guide = run(replace(SHORT, budget=40, batch=5, max_demonstrated=9))
+    assert result.demonstrations.n_states_demonstrated == 9
+    assert len(guide.asked) == len(result.history) < 5
+    result, guide = run(replace(SHORT, budget=40, batch=5), candidates=np.array([6, 48, 7]))
+    assert sorted(guide.asked) == [6, 7, 48]
+
+
+@pytest.mark.parametrize("strategy", sorted(COMMITTEE_STRATEGIES))
+def test_committees_leave_the_main_network_alone(strategy):
+    """With another's questions out of the way, all networks learn the same."""
+    options = {"candidates": np.array([48])}
+    config = replace(SHORT, budget=1, initial=replace(SHORT.initial, bellman_weight=1.0))
+    plain, _ = run(config, **options)
+    result, guide = run(replace(config, state_query=strategy, committee=2), **options)
+    assert guide.asked == [48]
+    assert result.q.tobytes() == plain.q.tobytes()
+
+
+def test_committee_members_differ_and_weigh_labels_for_good():
+    surroundings = Surroundings(WORLD.model, WORLD.features.astype(np.float32), 0.9, {0: 0.5})
+    committee = Committee(surroundings, 3, (8,), np.random.default_rng(0))
+    weights = [member.weight.copy() for member in committee.members]
+    committee.fit(ONE_CORNER, SHORT.initial)
+    f = committee.values()
+    assert f.shape == (3, 49)
+    assert (f[:, 0] == 0.5).all()
+    assert all(np.ptp(f[:, s]) > 0 for s in range(1, 49))
+    assert all(np.array_equal(m.weight, w) for m, w in zip(committee.members, weights, strict=True))
+    assert min(w.min() for w in weights) > 0
+
+
+@pytest.mark.parametrize(("weight", "alike"), [(np.full(49, 7.0), True), (np.arange(1, 50), False)])
+def test_only_the_proportions_of_label_weights_count(weight, alike):
+    surroundings = Surroundings(WORLD.model, WORLD.features.astype(np.float32), 0.9, {})
+    f = []
+    for weights in (None, weight):
+        network = VRFunction(2, (8,), generator=torch.Generator().manual_seed(0))
+        learner = Learner(surroundings, network, weight=weights)
+        learner.fit(ONE_CORNER, SHORT.initial, np.random.default_rng(0))
+        f.append(learner.values())
+    assert np.allclose(*f, atol=1e-5) == alike
+
+
+def test_intersections_may_be_asked_about():
+    class Listener(Guide):
+        def advise(self, cluster, states):
+            self.advised.append((cluster, states.tolist()))
+            return ClusterAdvice(frozenset({UP}), frozenset())
+
+    guide = Listener([], [])
+    both = np.intersect1d(CLUSTERS["left"], CLUSTERS["top"])
+    result, _ = run(replace(SHORT, cluster_intersections=1), expert=guide)
+    assert ("left ∩ top", both.tolist()) in guide.advised
+    assert len(guide.advised) == 3
+    assert len([record for record in result.history if record.cluster]) == 3
+    guide.advised.clear()
+    run(replace(SHORT, cluster_intersections=1, smallest_intersection=4), expert=guide)
+    assert sorted(name for name, _ in guide.advised) == ["left", "top"]
+
+
+def test_an_expert_may_speak_of_an_intersection_instead():
+    class Chooser(Guide):
+        def advise(self, cluster, states):
+            self.advised.append(cluster)
+            return ClusterAdvice(frozenset({UP}), cluster="top ∩ left")
+
+    guide = Chooser([], [])
+    result, _ = run(replace(SHORT, cluster_intersections=0), expert=guide)
+    assert sorted(guide.advised) == ["left", "top"]  # and the new one is not asked about
+    assert [record.cluster for record in result.history[:3]] == ["top ∩ left"] * 2 + [None]
+    both = np.intersect1d(CLUSTERS["left"], CLUSTERS["top"])
+    assert np.flatnonzero(result.advice.preferred.any(axis=1)).tolist() == both.tolist()
+
+
+class KilledError(Exception):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("strategy", "killed_after"),
+    [("bald", 0), ("bald", 1), ("random", 1), ("visitation_entropy", 2), ("random", 3)],
+)
+def test_a_run_that_was_killed_goes_on_to_the_same_bits(tmp_path, strategy, killed_after):
+    config = replace(
+        SHORT,
+        state_query=strategy,
+        cluster_query="random",
+        budget=5,
+        batch=2,
+        committee=2,
+        cluster_intersections=1,
+        initial=replace(SHORT.initial, bellman_weight=1.0, learn_beta=True),
+    )
+    path = tmp_path / "run.safetensors"
+    expert = OracleExpert(OracleDemonstrator(WORLD.model, np.array([24])), np.arange(49))
+    whole, _ = run(config, expert=expert)
+    trainings = iter(range(99))
+
+    def kill(progress):
+        if progress.iteration == 5 and progress.q is None and next(trainings) == killed_after + 1:
+            raise KilledError
+
+    if killed_after < 3:
+        with pytest.raises(KilledError):
+            run(config, expert=expert, checkpoint=path, callback=kill)
+    else:
+        run(config, expert=expert, checkpoint=path)
+    told = []
+    resumed, guide = run(config, expert=expert, checkpoint=path, callback=told.append)
+    assert len(guide.asked) == max(0, 5 - 2 * killed_after)
+    assert {p.query for p in told} == {k for k in (2, 4, 5) if k > 2 * killed_after}
+    assert resumed.q.tobytes() == whole.q.tobytes()
+    assert resumed.f.tobytes() == whole.f.tobytes()
+    assert torch.equal(resumed.network.parameters, whole.network.parameters)
+    assert resumed.history == whole.history
+    assert resumed.beta == whole.beta
+    assert resumed.demonstrations.pairs == whole.demonstrations.pairs
+    assert np.array_equal(resumed.advice.avoided, whole.advice.avoided)
+
+
+@pytest.mark.parametrize(
+    ("name", "config", "options"),
+    [
+        ("batch", {"batch": 2}, {}),
+        ("initial", {"initial": replace(SHORT.initial, step=0.02)}, {}),
+        ("gamma", {}, {"gamma": 0.8}),
+        ("rng", {}, {"rng": np.random.default_rng(9)}),
+        ("features", {}, {"features": WORLD.features + 1}),
+        ("model", {}, {"model": GridWorld(7, (0, 0)).model.__class__.from_entries(
+            49, 4, np.arange(48), np.full(48, RIGHT), np.arange(1, 49), np.ones(48)),
+            "demonstrations": Demonstrations.from_pairs([(0, RIGHT)])}),
+        ("demonstrations", {}, {"demonstrations": Demonstrations.from_pairs([(0, UP)])}),
+        ("clusters", {}, {"clusters": {"top": CLUSTERS["top"]}}),
+        ("candidates", {}, {"candidates": np.array([6, 48])}),
+        ("preferred", {}, {"preferences": StatePreferences([3])}),
+        ("fixed_vr", {}, {"fixed_vr": {3: 0.1}}),
+    ],
+)  # fmt: skip
+def test_a_foreign_checkpoint_is_refused(tmp_path, name, config, options):
+    path = tmp_path / "run.safetensors"
+    short = replace(SHORT, budget=1)
+    run(short, checkpoint=path)
+    with pytest.raises(InputError, match=rf"run\.safetensors.*differing in .*{name} \("):
+        run(replace(short, **config), checkpoint=path, **options)
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(InputError, match=r"run\.safetensors"):
+        run(short, checkpoint=path)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        ({"batch": 0}, "batch"),
+        ({"committee": 1}, "committee"),
+        ({"cluster_intersections": -1}, "cluster_intersections"),
+        ({"smallest_intersection": 0}, "smallest_intersection"),
         ({"state_query": "entropy"}, "state_query.*margin"),
         ({"cluster_query": "margin"}, "cluster_query.*none"),
         ({"avoid": "no"}, "avoid"),

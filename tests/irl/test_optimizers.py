@@ -20,3 +20,21 @@ def test_steps_are_those_of_torch(name, theirs, decay):
         optimizer.step(gradient, 0.01)
         reference.step()
     torch.testing.assert_close(ours, other.detach(), rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", OPTIMIZERS)
+def test_moments_and_steps_are_all_it_remembers(name):
+    generator = torch.Generator().manual_seed(0)
+    gradients = torch.randn(10, 4, generator=generator)
+    ours = torch.randn(4, generator=generator)
+    optimizer = OPTIMIZERS[name](ours)
+    for gradient in gradients[:5]:
+        optimizer.step(gradient, 0.01)
+    other = ours.clone()
+    follower = OPTIMIZERS[name](other)
+    follower.moments.copy_(optimizer.moments)
+    follower.steps = optimizer.steps
+    for gradient in gradients[5:]:
+        optimizer.step(gradient, 0.01)
+        follower.step(gradient, 0.01)
+    assert torch.equal(ours, other)

@@ -1,21 +1,23 @@
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
+from irl.mdp import TransitionModel
 from irl.queries import (
+    CLUSTER_STRATEGIES,
+    COMMITTEE_STRATEGIES,
     STATE_STRATEGIES,
     QueryContext,
-    action_probabilities,
     candidate_states,
     diversified_entropy,
-    entropy,
+    information_value,
     margin,
     select_cluster,
     select_state,
+    select_states,
     thesis_entropy,
     visitation_entropy,
 )
@@ -24,41 +26,25 @@ WORLD = GridWorld(5, (2, 2))
 CORNER, SIDE, INNER = 0, 2, 12
 
 
-def context(q=None, demonstrated=(), candidates=None, starts=(0,), seed=0, beta=1.0):
+def context(
+    q=None, demonstrated=(), candidates=None, starts=(0,), seed=0, beta=1.0, spread=1.0, world=WORLD
+):
+    """What is known; the committee's members lie around ``q`` at random, ``spread`` away."""
     demonstrated = np.array(demonstrated, dtype=np.int64)
-    q = np.zeros((25, 4)) if q is None else q
+    shape = world.model.mask.shape
+    q = np.zeros(shape) if q is None else q
+    members = q + spread * np.random.default_rng(9).normal(size=(3, *shape))
     return QueryContext(
-        model=WORLD.model,
-        q=np.where(WORLD.model.mask, q, -np.inf),
-        features=WORLD.features,
+        model=world.model,
+        q=np.where(world.model.mask, q, -np.inf),
+        features=world.features,
         demonstrated=demonstrated,
-        candidates=candidate_states(WORLD.model, demonstrated, candidates),
+        candidates=candidate_states(world.model, demonstrated, candidates),
         beta=beta,
         start_states=np.array(starts),
         rng=np.random.default_rng(seed),
+        committee_q=np.where(world.model.mask, members, -np.inf),
     )
-
-
-@given(
-    q=arrays(np.float64, (6, 5), elements=st.floats(-1, 1)),
-    feasible=arrays(np.bool_, (6, 5)),
-    beta=st.floats(0.01, 1000),
-)
-def test_entropy_lies_between_0_and_the_log_of_the_feasible_actions(q, feasible, beta):
-    masked = np.where(feasible, q, -np.inf)
-    e = entropy(masked, beta)
-    assert (e >= 0).all()
-    assert (e <= np.log(np.maximum(feasible.sum(axis=1), 1)) + 1e-12).all()
-    p = action_probabilities(masked, beta)
-    np.testing.assert_allclose(p.sum(axis=1), feasible.any(axis=1))
-    assert (p[~feasible] == 0).all()
-
-
-def test_entropy_by_hand():
-    q = np.array([[0, 0, -np.inf], [np.log(3), 0, -np.inf], [5, -np.inf, -np.inf]])
-    by_hand = [np.log(2), -(0.75 * np.log(0.75) + 0.25 * np.log(0.25)), 0]
-    np.testing.assert_allclose(entropy(q), by_hand)
-    np.testing.assert_allclose(entropy(q, beta=1e9), [np.log(2), 0, 0], atol=1e-12)
 
 
 def test_thesis_entropy_counts_infeasible_actions_as_worth_0():
@@ -107,6 +93,102 @@ def test_every_strategy_asks_a_candidate_and_repeats_itself(strategy):
     assert select_state(strategy, context(q, [7], np.array([7]))) is None
 
 
+@dataclass
+class Line:
+    """The chain, whose last state has nothing to do; by default left is infeasible too."""
+
+    model: TransitionModel
+    features: np.ndarray
+
+
+@pytest.mark.parametrize("strategy", STATE_STRATEGIES)
+def test_single_actions_and_states_without_any_do_no_harm(strategy, chain):
+    forced = TransitionModel.from_entries(
+        4, 2, np.array([0, 1, 2, 2]), np.array([1, 0, 0, 1]), np.array([1, 2, 3, 0]), np.ones(4)
+    )
+    for model in (chain, forced):
+        asked = context(world=Line(model, np.eye(4)), beta=30.0)
+        with np.errstate(all="raise"):
+            assert set(select_states(strategy, asked, 9).tolist()) == {0, 1, 2}
+    one_action = TransitionModel.from_entries(
+        2, 1, np.array([0, 1]), np.zeros(2, int), np.array([1, 0]), np.ones(2)
+    )
+    assert select_state(strategy, context(world=Line(one_action, np.zeros((2, 1))))) in (0, 1)
+
+
+@pytest.mark.parametrize("strategy", STATE_STRATEGIES)
+@pytest.mark.parametrize("count", [1, 2, 7, 19, 100])
+def test_a_batch_begins_with_the_single_query_and_asks_no_state_twice(strategy, count):
+    q = np.random.default_rng(1).normal(size=(25, 4))
+    known = [0, 1, 2, 3, 4, 5]
+    batch = select_states(strategy, context(q, known), count).tolist()
+    assert batch[0] == select_state(strategy, context(q, known))
+    assert len(batch) == len(set(batch)) == min(count, 19)
+    assert not set(batch) & set(known)
+    assert batch == select_states(strategy, context(q, known), count).tolist()
+
+
+def test_a_batch_of_one_draws_no_more_than_a_query():
+    one, other = context(), context()
+    assert select_states("masked_entropy", one, 1).tolist() == [
+        select_state("masked_entropy", other)
+    ]
+    assert one.rng.bit_generator.state == other.rng.bit_generator.state
+
+
+def test_a_batch_is_spread_over_the_best():
+    world = GridWorld(21, (10, 10))
+    q = np.tile([15.0, 10.0, 5.0, 0.0], (441, 1))
+    doubtful = np.flatnonzero((world.cells[:, 0] > 12) & (world.cells[:, 1] > 12))
+    q[doubtful] = 0.0
+    batch = select_states("margin", context(q, world=world), 5)
+    assert np.isin(batch, doubtful).all()  # 64 states tie, and fill the best 50
+    apart = np.linalg.norm(world.cells[batch][:, None] - world.cells[batch], axis=2)
+    drawn = np.random.default_rng(0).choice(doubtful, (200, 5))
+    typical = np.median([np.linalg.norm(world.cells[d][0] - world.cells[d][1]) for d in drawn])
+    assert apart[~np.eye(5, dtype=bool)].min() >= typical / 2 > 0
+    # 20 of the best 200 crowd out nothing when there are only 20 candidates at all.
+    assert select_states("margin", context(q, candidates=doubtful[:5], world=world), 20).size == 5
+
+
+def test_random_batches_are_uniform():
+    counts = np.zeros(25)
+    for seed in range(600):
+        counts[select_states("random", context(seed=seed), 5)] += 1
+    # Each state: 120 times, standard deviation 9.8.
+    assert np.abs(counts - 120).max() < 5 * 9.8
+
+
+def test_committee_strategies_need_a_committee_and_ignore_one_that_agrees():
+    for strategy in COMMITTEE_STRATEGIES:
+        with pytest.raises(InputError, match=f"{strategy}.*committee"):
+            select_state(strategy, replace(context(), committee_q=None))
+        scores = STATE_STRATEGIES[strategy](context(spread=0.0))
+        assert scores[np.isfinite(scores)] == pytest.approx(0.0, abs=1e-12)
+    assert STATE_STRATEGIES.keys() > COMMITTEE_STRATEGIES
+    for strategy in STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES:
+        assert select_state(strategy, replace(context(), committee_q=None)) is not None
+
+
+def test_value_of_information_asks_what_settles_decisions_on_the_way():
+    """Two members agree but for states A and B; doubt about B goes with the fork's decision."""
+    q = np.zeros((25, 4))
+    q[:, 0] = 4.0
+    asked = context(q, starts=[INNER], spread=0.0, beta=1.0)
+    members = np.stack([asked.committee_q[0], asked.committee_q[0], *[asked.committee_q[0]] * 2])
+    # Members 0, 1 | 2, 3 differ at B (8) and the fork (12); 0, 2 | 1, 3 at A (16) alone, where
+    # an answer tells as much about the member, and no decision depends on it.
+    members[:2, 8, 1] = members[:2, INNER, 1] = 8.0
+    members[::2, 16, 1] = 8.0
+    asked = replace(asked, committee_q=members, candidates=np.array([8, 16]))
+    information = STATE_STRATEGIES["bald"](asked)
+    assert information[8] == pytest.approx(information[16])
+    # Nobody comes near A.
+    asked = replace(asked, q=np.where(np.arange(4) == 1, 50.0, asked.q))
+    scores = information_value(asked)
+    assert scores[8] > 100 * scores[16] >= 0
+
+
 def test_states_without_actions_are_no_candidates(chain):
     assert candidate_states(chain, np.array([1])).tolist() == [0, 2]
 
@@ -122,6 +204,16 @@ def test_cluster_with_the_highest_mean_is_asked():
     assert select_cluster("masked_entropy", context(), clusters, {"inner", "corners"}) is None
     asked = {select_cluster("random", context(seed=s), clusters) for s in range(20)}
     assert asked == {"corners", "inner"}
+    split = context(spread=0.0)
+    split.committee_q[1, 0, 0] = 3.0
+    assert select_cluster("bald", split, clusters) == "corners"
+
+
+@pytest.mark.parametrize("strategy", CLUSTER_STRATEGIES)
+def test_every_cluster_strategy_ends_with_none(strategy):
+    assert select_cluster(strategy, context(), {"a": np.arange(3)}) == "a"
+    assert select_cluster(strategy, context(), {"a": np.arange(3)}, {"a"}) is None
+    assert select_cluster(strategy, context(), {}) is None
 
 
 def test_unknown_names_list_the_known():
@@ -129,3 +221,5 @@ def test_unknown_names_list_the_known():
         select_state("entropy", context())
     with pytest.raises(InputError, match=r"cluster_query.*masked_entropy"):
         select_cluster("entropy", context(), {})
+    with pytest.raises(InputError, match=r"batch.*≥ 1"):
+        select_states("margin", context(), 0)

@@ -1,8 +1,15 @@
+import hashlib
+import multiprocessing
+import os
+import signal
+import time
+
 import numpy as np
 import pytest
 import torch
 
 from irl.bellman import BellmanTerm
+from irl.checkpoint import Checkpoint
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
@@ -14,14 +21,30 @@ torch.set_num_threads(1)  # networks this small gain nothing from more
 WORLD = GridWorld(5, (2, 2))
 
 
-def run(callback=None, seed=0, **options):
-    network = VRFunction(2, (8, 8), generator=torch.Generator().manual_seed(seed))
-    problem = LikelihoodProblem.build(WORLD.model, *WORLD.demonstrations("diagonal"))
+def run(
+    callback=None, seed=0, checkpoint=None, kind="diagonal", scale=1.0, additive=False, **options
+):
+    generator = torch.Generator().manual_seed(seed)
+    network = VRFunction(2, (8, 8), generator=generator, additive=additive)
+    problem = LikelihoodProblem.build(WORLD.model, *WORLD.demonstrations(kind))
     config = TrainingConfig(**({"iterations": 200, "step": 0.01, "beta": 20.0} | options))
     bellman = BellmanTerm(WORLD.model, 0.9, batch=5) if config.bellman_weight else None
     rng = np.random.default_rng(seed)
-    training = train(network, problem, WORLD.features, config, rng, callback, bellman)
+    features = WORLD.features * scale
+    training = train(network, problem, features, config, rng, callback, bellman, checkpoint)
     return network, training
+
+
+def digest(network):
+    return hashlib.sha256(network.parameters.numpy().tobytes()).hexdigest()
+
+
+def stop_at(iteration):
+    def callback(done, _):
+        if done == iteration:
+            raise KeyboardInterrupt
+
+    return callback
 
 
 @pytest.mark.parametrize("optimizer", ["adam", "sgd"])
@@ -72,10 +95,21 @@ def test_weight_decay_shrinks_the_weights():
     assert run(weight_decay=1.0)[0].parameters.norm() < run()[0].parameters.norm()
 
 
-def test_tolerance_stops_early():
+def test_tolerance_stops_where_two_windows_have_the_same_mean():
     _, training = run(iterations=5000, tolerance=1e-3, schedule="none")
     assert training.converged
-    assert 100 < training.log_likelihood.size < 5000
+    history = training.log_likelihood
+    assert 200 < history.size < 5000
+    means = np.convolve(history, np.full(100, 0.01), mode="valid")
+    change = np.abs(means[100:] - means[:-100])
+    assert change[-1] < 1e-3
+    assert (change[:-1] >= 1e-3).all()
+
+
+def test_without_tolerance_all_iterations_are_taken():
+    _, training = run(iterations=500, step=1e-9)
+    assert not training.converged
+    assert training.log_likelihood.size == 500
 
 
 def test_callback_counts_iterations():
@@ -112,3 +146,120 @@ def test_bellman_weight_needs_its_term():
 def test_divergence_is_told():
     with pytest.raises(InputError, match="diverged"):
         run(optimizer="sgd", schedule="none", step=1.0, weight_decay=1e6)
+
+
+EVERYTHING = {"learn_beta": True, "bellman_weight": 0.1}
+
+
+def test_a_callback_that_raises_leaves_the_weights_of_the_iterations_done():
+    network = VRFunction(2, (8, 8), generator=torch.Generator().manual_seed(0))
+    problem = LikelihoodProblem.build(WORLD.model, *WORLD.demonstrations("diagonal"))
+    config = TrainingConfig(iterations=200, step=0.01, beta=20.0, schedule="none")
+    with pytest.raises(KeyboardInterrupt):
+        rng = np.random.default_rng(0)
+        train(network, problem, WORLD.features, config, rng, stop_at(17))
+    assert digest(network) == digest(run(schedule="none", iterations=17)[0])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        EVERYTHING,
+        {"optimizer": "sgd", "weight_decay": 0.1},
+        {"additive": True},
+        {"tolerance": 5e-3, "schedule": "none", "iterations": 2000},
+    ],
+)
+def test_interrupted_training_ends_with_the_same_bits(tmp_path, options):
+    network, expected = run(**options)
+    checkpoint = Checkpoint(tmp_path / "run.safetensors", every=9)
+    told = []
+    for iteration in (5, 9, 100, 101, 155):
+        with pytest.raises(KeyboardInterrupt):
+            run(stop_at(iteration), checkpoint=checkpoint, **options)
+    resumed, training = run(lambda done, _: told.append(done), checkpoint=checkpoint, **options)
+    assert digest(resumed) == digest(network)
+    np.testing.assert_array_equal(training.log_likelihood, expected.log_likelihood)
+    assert (training.beta, training.step_reward) == (expected.beta, expected.step_reward)
+    assert training.converged == expected.converged
+    assert told == list(range(154, expected.log_likelihood.size + 1))  # 153 = 17 · 9 was saved
+
+
+def test_finished_training_is_not_repeated_and_leaves_the_rng_where_it_would_be(tmp_path):
+    checkpoint = Checkpoint(tmp_path / "run.safetensors", every=10**6)
+    problem = LikelihoodProblem.build(WORLD.model, *WORLD.demonstrations("diagonal"))
+    config = TrainingConfig(iterations=20, **EVERYTHING)
+    bellman = BellmanTerm(WORLD.model, 0.9, batch=5)
+    following = []
+    for callback in (None, stop_at(1)):
+        rng = np.random.default_rng(0)
+        network = VRFunction(2, (4,), generator=torch.Generator().manual_seed(0))
+        train(network, problem, WORLD.features, config, rng, callback, bellman, checkpoint)
+        following.append((digest(network), rng.random()))
+    assert following[0] == following[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ({"step": 0.02}, r"config\.step \(0\.01 there, 0\.02 here\)"),
+        ({"iterations": 300}, r"config\.iterations"),
+        ({"seed": 1}, "initial_weights.*rng"),
+        ({"kind": "border"}, "demonstrations"),
+        ({"scale": 2.0}, "features"),
+        ({"bellman_weight": 0.1}, r"bellman.*config\.bellman_weight"),
+    ],
+)
+def test_a_checkpoint_of_other_training_is_refused(tmp_path, change, name):
+    checkpoint = Checkpoint(tmp_path / "run.safetensors")
+    run(checkpoint=checkpoint)
+    with pytest.raises(InputError, match=rf"run\.safetensors: .*{name}"):
+        run(checkpoint=checkpoint, **change)
+
+
+def test_a_checkpoint_that_cannot_be_written_is_told_before_any_work(tmp_path):
+    told = []
+    with pytest.raises(FileNotFoundError, match="absent"):
+        run(lambda *_: told.append(1), checkpoint=Checkpoint(tmp_path / "absent" / "run"))
+    assert not told
+
+
+def test_a_damaged_checkpoint_is_told_and_the_network_left_alone(tmp_path):
+    path = tmp_path / "run.safetensors"
+    run(checkpoint=Checkpoint(path))
+    path.write_bytes(path.read_bytes()[:-1])
+    network = VRFunction(2, (8, 8), generator=torch.Generator().manual_seed(0))
+    before = digest(network)
+    problem = LikelihoodProblem.build(WORLD.model, *WORLD.demonstrations("diagonal"))
+    rng = np.random.default_rng(0)
+    with pytest.raises(InputError, match=r"run\.safetensors"):
+        train(
+            *(network, problem, WORLD.features, TrainingConfig(), rng),
+            checkpoint=Checkpoint(path),
+        )
+    assert digest(network) == before
+
+
+def test_killed_training_ends_with_the_same_bits(tmp_path):
+    checkpoint = Checkpoint(tmp_path / "run.safetensors", every=3)
+    options = {"iterations": 600, **EVERYTHING}
+    moments = np.random.default_rng(0)
+    # Forked, so that nothing is imported anew.
+    fork = multiprocessing.get_context("fork")
+    for _ in range(4):
+        before = checkpoint.path.read_bytes() if checkpoint.path.exists() else b""
+        child = fork.Process(target=run, kwargs={"checkpoint": checkpoint, **options})
+        child.start()
+        while child.is_alive() and not (
+            checkpoint.path.exists() and checkpoint.path.read_bytes() != before
+        ):
+            time.sleep(0.001)
+        time.sleep(moments.uniform(0, 0.02))
+        os.kill(child.pid, signal.SIGKILL)
+        child.join(30)
+        assert child.exitcode == -signal.SIGKILL
+    resumed, training = run(checkpoint=checkpoint, **options)
+    network, expected = run(**options)
+    assert digest(resumed) == digest(network)
+    np.testing.assert_array_equal(training.log_likelihood, expected.log_likelihood)

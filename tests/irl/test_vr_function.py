@@ -26,11 +26,12 @@ def by_autograd(net, x):
 
 
 @pytest.mark.parametrize("additive", [False, True])
-@pytest.mark.parametrize("hidden", [(7, 5), (4,), ()])
-def test_value_and_gradient_are_those_of_autograd(additive, hidden):
+@pytest.mark.parametrize("hidden", [(150, 50), (7, 5, 3), (4,), ()])
+@pytest.mark.parametrize("n", [1, 20, 32])
+def test_value_and_gradient_are_those_of_autograd(additive, hidden, n):
     net = network(hidden=hidden, additive=additive)
-    x = torch.rand(20, 3, generator=torch.Generator().manual_seed(1))
-    df = torch.rand(20, generator=torch.Generator().manual_seed(2))
+    x = torch.rand(n, 3, generator=torch.Generator().manual_seed(1))
+    df = torch.rand(n, generator=torch.Generator().manual_seed(2))
     f, flat = by_autograd(net, x)
     (f * df).sum().backward()
     at = net.at(x)
@@ -39,6 +40,33 @@ def test_value_and_gradient_are_those_of_autograd(additive, hidden):
     # Buffers are used again: a second round must not remember the first.
     at.forward()
     torch.testing.assert_close(at.backward(df), flat.grad, rtol=1e-5, atol=1e-6)
+
+
+def test_an_absent_or_unknown_device_is_refused():
+    with pytest.raises(InputError, match=r"device.*cpu, cuda"):
+        network(device="tpu")
+    if not torch.cuda.is_available():
+        with pytest.raises(InputError, match=r"'cuda' is not available.*'cpu'"):
+            network(device="cuda")
+        with pytest.raises(InputError, match="'cuda' is not available"):
+            VRFunction.from_arrays(network().arrays(), device="cuda")
+    assert torch.equal(network(device="cpu").parameters, network().parameters)
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
+def test_a_gpu_gives_the_same_values_and_gradients():
+    here, there = network(), network(device="cuda")
+    x = torch.rand(20, 3, generator=torch.Generator().manual_seed(1))
+    df = torch.rand(20, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
+    results = []
+    for net in (here, there):
+        at = net.at(x)
+        results.append((at.forward().cpu().clone(), at.backward(df).cpu()))
+    for ours, theirs in zip(*results, strict=True):
+        torch.testing.assert_close(ours, theirs, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(here.values(x), there.values(x), rtol=1e-4, atol=1e-5)
+    again = VRFunction.from_arrays(there.arrays())
+    assert torch.equal(again.parameters, there.parameters.cpu())
 
 
 def test_initial_weights_have_pytorchs_distribution():

@@ -1,0 +1,150 @@
+"""Checkpoints: work that was interrupted goes on where it was, bit by bit.
+
+A checkpoint is one safetensors file: named arrays, and a JSON object with everything else.
+It carries the *identity* of the work it belongs to (its settings and hashes of its inputs), so
+that it cannot be mistaken for another's, and a digest, so that damage is noticed.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from irl.choices import check_range
+from irl.errors import InputError
+from irl.files import atomic_path
+
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where work is saved, and how often.
+
+    Attributes:
+        path: the file. Work begins from it if it exists, and leaves it behind when done.
+        every: iterations from one saving to the next.
+    """
+
+    path: Path
+    every: int = 500
+
+    def __post_init__(self) -> None:
+        """Refuse an interval below 1.
+
+        Raises:
+            InputError: if ``every`` is below 1.
+        """
+        check_range("every", self.every, 1)
+
+
+def fingerprint(*arrays: np.ndarray) -> str:
+    """SHA-256 of arrays' types, shapes and values, in hexadecimal."""
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).reshape(-1).data)
+    return digest.hexdigest()
+
+
+def rng_state(rng: np.random.Generator) -> dict[str, Any]:
+    """What ``rng`` will draw next, as JSON can hold it."""
+    return json.loads(json.dumps(rng.bit_generator.state, default=np.ndarray.tolist))
+
+
+def restore_rng(rng: np.random.Generator, state: Mapping[str, Any]) -> None:
+    """Let ``rng`` go on from ``state``, of the same kind of bit generator."""
+    rng.bit_generator.state = state
+
+
+def save(
+    path: Path,
+    arrays: Mapping[str, np.ndarray],
+    state: Mapping[str, Any],
+    identity: Mapping[str, Any],
+) -> None:
+    """Write a checkpoint, whole or not at all; the same content gives the same bytes.
+
+    Args:
+        path: the file.
+        arrays: name → array.
+        state: whatever is no array, as JSON can hold it.
+        identity: which work this is: settings and fingerprints by name.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    from safetensors.numpy import save as to_bytes  # noqa: PLC0415  (only checkpoints need it)
+
+    plain = {name: np.asarray(array, order="C") for name, array in arrays.items()}
+    content = json.dumps({"identity": identity, "state": state}, sort_keys=True)
+    header = {
+        "schema_version": SCHEMA_VERSION,
+        "content": content,
+        "digest": _digest(content, plain),
+    }
+    with atomic_path(path) as temporary:
+        # One entry, for the library writes several in random order.
+        temporary.write_bytes(to_bytes(plain, {"checkpoint": json.dumps(header, sort_keys=True)}))
+
+
+def load(path: Path, identity: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Read the arrays and the state of a checkpoint.
+
+    Args:
+        path: the file.
+        identity: which work it must belong to, as given to ``save``.
+
+    Raises:
+        InputError: if the file is missing, damaged, of another schema, or of other work; then
+            it says what differs.
+    """
+    from safetensors import SafetensorError, safe_open  # noqa: PLC0415
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such checkpoint")
+    try:
+        with safe_open(path, framework="numpy") as file:
+            header = json.loads((file.metadata() or {})["checkpoint"])
+            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        version, content, digest = (header[k] for k in ("schema_version", "content", "digest"))
+    except (SafetensorError, OSError, ValueError, TypeError, KeyError) as error:
+        detail = (str(error).splitlines() or [""])[0]
+        raise InputError(f"{path}: not a readable checkpoint ({detail}); delete it") from error
+    if version != SCHEMA_VERSION:
+        raise InputError(
+            f"{path}: field 'schema_version' is {version!r}; supported: {SCHEMA_VERSION}"
+        )
+    if digest != _digest(content, arrays):
+        raise InputError(f"{path}: damaged, its content does not match its digest; delete it")
+    found = json.loads(content)
+    # Through JSON, so that tuples equal the lists they were saved as.
+    wanted = json.loads(json.dumps(identity))
+    differing = [
+        f"{name} ({_brief(found['identity'].get(name))} there, {_brief(wanted.get(name))} here)"
+        for name in sorted(found["identity"].keys() | wanted.keys())
+        if found["identity"].get(name) != wanted.get(name)
+    ]
+    if differing:
+        raise InputError(
+            f"{path}: a checkpoint of other work, differing in {', '.join(differing)}; "
+            "delete it or name another file"
+        )
+    return arrays, found["state"]
+
+
+def _digest(content: str, arrays: Mapping[str, np.ndarray]) -> str:
+    names = sorted(arrays)
+    text = "\n".join([content, *(f"{name} {fingerprint(arrays[name])}" for name in names)])
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _brief(value: Any) -> str:
+    """A value as a message shows it: long ones, such as hashes, by their beginning."""
+    text = json.dumps(value)
+    return text if len(text) <= 40 else f"{text[:13]}…"

@@ -1,0 +1,78 @@
+"""New clusters out of given ones: their intersections (thesis §5.11).
+
+The more states a cluster has, the more one piece of advice reaches, and the less alike they
+are. An intersection trades reach for likeness without anyone drawing a new line.
+"""
+
+from collections.abc import Mapping
+from functools import reduce
+
+import numpy as np
+
+from irl.choices import check_choice, check_range
+
+AND = " ∩ "
+
+
+def intersection(clusters: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    """The states of the cluster called ``name``, or of an intersection such as ``"a ∩ b"``.
+
+    Args:
+        clusters: name → state indices.
+        name: names of clusters, joined by " ∩ ".
+
+    Returns:
+        State indices, int64, ascending.
+
+    Raises:
+        InputError: if a name is unknown; lists the valid ones.
+    """
+    parts = [name] if name in clusters else name.split(AND)
+    for part in parts:
+        check_choice("cluster", part, clusters)
+    return reduce(np.intersect1d, (np.unique(clusters[part]).astype(np.int64) for part in parts))
+
+
+def with_intersections(
+    clusters: Mapping[str, np.ndarray], depth: int = 1, smallest: int = 1
+) -> dict[str, np.ndarray]:
+    """The clusters and all distinct intersections of up to ``depth + 1`` of them.
+
+    A set of states occurs once, under its shortest name and that of the earliest clusters; one
+    that equals a given cluster is no new one. Names join those of the clusters, in their given
+    order, by " ∩ ".
+
+    Args:
+        clusters: name → state indices, kept as they are and first.
+        depth: rounds of intersecting what is new with every given cluster; 0 adds nothing.
+        smallest: intersections of fewer states are left out.
+
+    Returns:
+        Name → state indices; those of intersections int64, ascending.
+
+    Raises:
+        InputError: if ``depth`` is below 0 or ``smallest`` below 1.
+    """
+    check_range("depth", depth, 0)
+    check_range("smallest", smallest, 1)
+    names = list(clusters)
+    n_states = max((int(np.max(c)) + 1 for c in clusters.values() if len(c)), default=0)
+    member = np.zeros((len(names), n_states), dtype=bool)
+    for row, name in zip(member, names, strict=True):
+        row[np.asarray(clusters[name], dtype=np.int64)] = True
+    result = dict(clusters)
+    known = {row.tobytes() for row in member}
+    newest: list[tuple[tuple[int, ...], np.ndarray]] = [((k,), row) for k, row in enumerate(member)]
+    for _ in range(depth):
+        found = []
+        for parts, states in newest:
+            for k in range(len(names)):
+                both = states & member[k]
+                if both.sum() < smallest or both.tobytes() in known:
+                    continue
+                known.add(both.tobytes())
+                joined = tuple(sorted((*parts, k)))
+                found.append((joined, both))
+                result[AND.join(names[part] for part in joined)] = np.flatnonzero(both)
+        newest = found
+    return result

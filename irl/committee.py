@@ -1,0 +1,62 @@
+"""A committee of VR networks: several answers to the same demonstrations.
+
+Members differ in their initial weights and in how much each label counts: a Bayesian bootstrap
+(Rubin 1981), whose exponential weights leave no label out. A state's weight is drawn once, so
+that a member stays the same resample as labels come in. Where members differ, the
+demonstrations have not settled the matter.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from irl.demonstrations import Demonstrations
+from irl.function_approx import Learner, Surroundings
+from irl.training import TrainingConfig
+from irl.vr_function import VRFunction, torch_generator
+
+
+class Committee:
+    """Members that are trained in turn, each as the main network is.
+
+    Attributes:
+        members: the learners.
+        rng: the committee's own source of chance, batches of the Bellman term included, so
+            that a committee at work leaves other draws as they are.
+    """
+
+    def __init__(
+        self,
+        surroundings: Surroundings,
+        size: int,
+        hidden: Sequence[int],
+        rng: np.random.Generator,
+        beta: float = 1.0,
+        carry_beta: bool = False,
+    ) -> None:
+        """Draw ``size`` members with hidden layers of the given widths; the rest as ``Learner``."""
+        self.rng = rng
+        n_states, n_features = surroundings.features.shape
+        self.members = [
+            Learner(
+                surroundings,
+                VRFunction(n_features, hidden, generator=torch_generator(rng)),
+                beta,
+                carry_beta,
+                weight=rng.standard_exponential((n_states,)),
+            )
+            for _ in range(size)
+        ]
+
+    def fit(self, labels: Demonstrations, config: TrainingConfig) -> None:
+        """Train every member on its resample of ``labels``.
+
+        Raises:
+            InputError: as ``Learner.fit``.
+        """
+        for member in self.members:
+            member.fit(labels, config, self.rng)
+
+    def values(self) -> np.ndarray:
+        """Each member's f, float64 ``[n_members, n_states]``."""
+        return np.stack([member.values() for member in self.members])

@@ -25,8 +25,8 @@ from models.task.spaces import (
     decode_states,
     encode_states,
 )
-from models.task.symmetry import transport
-from models.task.trial_classes import TrialClasses
+from models.task.symmetry import thesis_kernel, transport
+from models.task.trial_classes import Pairs, TrialClasses
 
 
 class Evidence(IntEnum):
@@ -35,6 +35,10 @@ class Evidence(IntEnum):
     MEASURED = 0
     KERNEL = 1
     ESTIMATED = 2
+
+
+Trial = tuple[Pair, int, TrialRecord]
+"""What was tried, which repetition, and what came of it."""
 
 
 class TransitionEntries(NamedTuple):
@@ -95,6 +99,35 @@ def transition_entries(
     )
 
 
+def thesis_entries(feasible: np.ndarray, trials: Iterable[Trial]) -> TransitionEntries:
+    """Fill the pairs that trials speak for by the kernel of 5.9.1, and no others.
+
+    A trial counts for every pair of its kernel class, with the cube's turn and displacement in
+    the world as they were.
+
+    Args:
+        feasible: bool ``[N_STATES or more, N_ACTIONS]``.
+        trials: (pair, repetition, record).
+    """
+    by_class: dict[int, list[Trial]] = defaultdict(list)
+    for trial in sorted(trials, key=_key):
+        if trial[2].outcome != Outcome.FAULT:
+            by_class[int(thesis_kernel(trial[0].state, trial[0].action))].append(trial)
+    state, action = np.nonzero(feasible[:N_STATES])
+    number = thesis_kernel(state, action)
+    parts = []
+    for each, tried in sorted(by_class.items()):
+        of_class = number == each
+        pairs = Pairs(state[of_class][:, None], action[of_class][:, None])
+        _, orientation, gripper = decode_states(pairs.state[:, 0])
+        kind, target = decode_actions(pairs.action[:, 0])
+        after = np.where((kind == Kind.GRASP) | (kind == Kind.ROTATE), target, gripper)
+        turn, moved, held = _outcomes(tried)
+        next_state = _next_states(pairs, orientation, after, turn[None], moved[None], held)
+        parts.append(_count(pairs, next_state, tried))
+    return TransitionEntries(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
 def count_pairs(entries: TransitionEntries) -> dict[str, dict[str, int]]:
     """Pairs by kind of action and evidence, e.g. ``["grasp"]["kernel"]``."""
     key = entries.state.astype(np.int64) * N_ACTIONS + entries.action
@@ -107,9 +140,6 @@ def count_pairs(entries: TransitionEntries) -> dict[str, dict[str, int]]:
         }
         for k in Kind
     }
-
-
-Trial = tuple[Pair, int, TrialRecord]
 
 
 def _key(trial: Trial) -> tuple[int, Pair]:
@@ -125,24 +155,52 @@ def _class_entries(
     classes: TrialClasses, number: int, trials: Sequence[Trial]
 ) -> TransitionEntries:
     """Entries of every pair of a class."""
-    records = [record for _, _, record in trials]
-    turn = rotation_vector_to_matrix(np.array([record.turn for record in records]))
-    moved = np.array([record.displacement for record in records])
-    held = np.array([record.outcome == Outcome.HELD for record in records])
-
-    kind = classes.kind(number)
+    turn, moved, held = _outcomes(trials)
     orientation, gripper, after, pairs = classes.members(number)
-    use = _scene_maps(classes, number, orientation, gripper, after, len(records))
-    symmetry = classes.symmetry(kind)
+    use = _scene_maps(classes, number, orientation, gripper, after, len(trials))
+    symmetry = classes.symmetry(classes.kind(number))
     member = (orientation, gripper, after)[: symmetry.pair_class.ndim]
     S = symmetry.S[member][np.arange(len(orientation))[:, None], use]
-    turn, moved = transport(turn, S, symmetry.mirrored[use], moved)  # [m, trials, …]
-    new_orientation, _ = nearest_orientation(turn @ R_WO[orientation][:, None])
+    turn, moved = transport(turn, S, symmetry.mirrored[use], moved)
+    return _count(pairs, _next_states(pairs, orientation, after, turn, moved, held), trials)
 
+
+def _outcomes(trials: Sequence[Trial]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The cube's turn ``[t, 3, 3]`` and displacement ``[t, 3]``, and whether it is held ``[t]``."""
+    records = [record for _, _, record in trials]
+    return (
+        rotation_vector_to_matrix(np.array([record.turn for record in records])),
+        np.array([record.displacement for record in records]),
+        np.array([record.outcome == Outcome.HELD for record in records]),
+    )
+
+
+def _next_states(
+    pairs: Pairs,
+    orientation: np.ndarray,
+    after: np.ndarray,
+    turn: np.ndarray,
+    moved: np.ndarray,
+    held: np.ndarray,
+) -> np.ndarray:
+    """Where outcomes lead that are already carried to each member.
+
+    Args:
+        pairs: ``[m, places]``.
+        orientation: the cube's ``[m]``.
+        after: gripper orientation that holds the cube in the end, if it is held ``[m]``.
+        turn: ``[m, t, 3, 3]``.
+        moved: displacement ``[m, t, 3]``.
+        held: ``[t]``.
+
+    Returns:
+        State indices ``[m, places, t]``.
+    """
+    new_orientation, _ = nearest_orientation(turn @ R_WO[orientation][:, None])
     # Where the hand is in the end; a cube it does not hold lies beneath, give or take.
     origin = decode_states(pairs.state).position
-    target = decode_actions(pairs.action).target
-    cell = (target if kind == Kind.TRANSLATE else origin)[..., None]  # [m, places, 1]
+    kind, target = decode_actions(pairs.action)
+    cell = np.where(kind == Kind.TRANSLATE, target, origin)[..., None]
     p_WO = POSITIONS[cell] + moved[:, None]
     p_WO[..., 2] = REST_HEIGHT
     ix = np.abs(GRID_X - p_WO[..., :1]).argmin(axis=-1)
@@ -150,15 +208,18 @@ def _class_entries(
     place = np.where(held, cell, 2 * (3 * ix + iy))
     hand = np.where(held, after[:, None, None], -1)
     next_state = encode_states(place, new_orientation[:, None], hand)
-    next_state = np.where(~held & off_table(p_WO), LOST, next_state)
+    return np.where(~held & off_table(p_WO), LOST, next_state)
 
+
+def _count(pairs: Pairs, next_state: np.ndarray, trials: Sequence[Trial]) -> TransitionEntries:
+    """Entries out of next states ``[m, places, t]``."""
     pair = pairs.state * N_ACTIONS + pairs.action
     keys, count = np.unique(pair[..., None] * (N_STATES + 1) + next_state, return_counts=True)
     pair, next_state = np.divmod(keys, N_STATES + 1)
     state, action = np.divmod(pair, N_ACTIONS)
     tried = [tried.state * N_ACTIONS + tried.action for tried, _, _ in trials]
     evidence = np.where(np.isin(pair, tried), Evidence.MEASURED, Evidence.KERNEL)
-    return TransitionEntries(state, action, next_state, count / len(records), count, evidence)
+    return TransitionEntries(state, action, next_state, count / len(trials), count, evidence)
 
 
 def _scene_maps(

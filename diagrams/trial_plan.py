@@ -27,13 +27,13 @@ _Z = 1.959963984540054  # of a 95 % interval
 class Plan:
     """When a class has had enough trials."""
 
-    width: float = 0.25
+    width: float = 0.3
     """Widest 95 % interval of the most frequent outcome's probability that is good enough."""
-    block: int = 8
+    block: int = 4
     """Trials between two looks at it."""
     least: int = 16
     """Fewest trials of a class."""
-    most: int = 64
+    most: int = 48
     """Most trials of a class."""
 
     def __post_init__(self) -> None:

@@ -11,11 +11,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from diagrams.transition_counts import Trial
+from diagrams.transition_counts import TransitionEntries, Trial
 from diagrams.trial_record import Outcome, Pair
 from irl.metrics import wilson_interval
 from irl.task import EVIDENCE, Transitions
 from models.task.spaces import N_ACTIONS, Kind, decode_actions
+
+Entries = Transitions | TransitionEntries
 
 PROBABLE = 0.05
 """An outcome at least as probable as this was to be reckoned with."""
@@ -41,52 +43,74 @@ def draw_pairs(model: Transitions, number: int, rng: np.random.Generator) -> lis
     return [Pair(*map(int, divmod(k, N_ACTIONS))) for k in np.stack(drawn, axis=1).ravel()]
 
 
-def scores(model: Transitions, trials: Iterable[Trial]) -> dict[str, Any]:
+def scores(model: Entries, trials: Iterable[Trial]) -> dict[str, Any]:
     """How often the likeliest state came about, and how often what came about was probable.
 
     By kind of action, and over all: there each kind counts by its share of the feasible pairs,
-    since the draw has as many of each.
+    since the draw has as many of each. ``expected`` is the share of hits that the model itself
+    would foretell for the same trials; a right model comes near it.
 
     Args:
         model: entries by pair.
-        trials: of its pairs; faults are counted and left out.
+        trials: faults are counted and left out, as are pairs that the model does not have.
     """
     foretold = _foretold(model)
-    hits: dict[Kind, list[tuple[bool, bool]]] = {kind: [] for kind in Kind}
+    hits: dict[Kind, list[tuple[float, float, float]]] = {kind: [] for kind in Kind}
     faults = []
+    absent = 0
     for pair, _, record in trials:
         if record.outcome == Outcome.FAULT:
             faults.append({"state": pair.state, "action": pair.action, "fault": record.fault})
             continue
-        probability = foretold[pair.state * N_ACTIONS + pair.action]
+        probability = foretold.get(pair.state * N_ACTIONS + pair.action)
+        if probability is None:
+            absent += 1
+            continue
         # Of equally likely states only one is foretold, the first.
         likeliest = max(probability, key=lambda state: (probability[state], -state))
         probable = probability.get(record.next_state, 0.0) >= PROBABLE
         kind = Kind(int(decode_actions(pair.action).kind))
-        hits[kind].append((record.next_state == likeliest, probable))
+        hits[kind].append((record.next_state == likeliest, probable, probability[likeliest]))
 
     kinds = decode_actions(np.array(list(foretold)) % N_ACTIONS).kind
     weight = {kind: float((kinds == kind).mean()) for kind in Kind}
-    rows = {kind: np.array(hits[kind], dtype=bool).reshape(-1, 2) for kind in Kind}
+    rows = {kind: np.array(hits[kind], dtype=float).reshape(-1, 3) for kind in Kind}
     result: dict[str, Any] = {
         "trials": sum(map(len, rows.values())),
         "faults": faults,
+        "without_model": absent,
         "by_action": {
             kind.name.lower(): {
                 "trials": len(rows[kind]),
                 "share_of_pairs": weight[kind],
                 "most_likely": _share(rows[kind][:, 0]),
                 "probable": _share(rows[kind][:, 1]),
+                "expected": float(rows[kind][:, 2].mean()) if len(rows[kind]) else 0.0,
             }
             for kind in Kind
         },
     }
-    for column, name in enumerate(("most_likely", "probable")):
-        tried = [kind for kind in Kind if len(rows[kind])]
-        total = sum(weight[kind] for kind in tried)
-        result[name] = sum(weight[k] * rows[k][:, column].mean() for k in tried) / total
-    _print(result)
+    tried = [kind for kind in Kind if len(rows[kind])]
+    total = sum(weight[kind] for kind in tried)
+    for column, name in enumerate(("most_likely", "probable", "expected")):
+        mean = [weight[kind] * rows[kind][:, column].mean() for kind in tried]
+        result[name] = float(sum(mean) / total) if tried else 0.0
     return result
+
+
+def print_scores(result: dict[str, Any]) -> None:
+    """One line for each kind of action, and one for all."""
+    print(f"{'action':>10} {'trials':>7} {'likeliest':>10} {'expected':>9} {'probable':>9}")
+    for name, row in result["by_action"].items():
+        print(
+            f"{name:>10} {row['trials']:7d} {row['most_likely'][0]:10.1%} "
+            f"{row['expected']:9.1%} {row['probable'][0]:9.1%}"
+        )
+    print(
+        f"{'by pairs':>10} {result['trials']:7d} {result['most_likely']:10.1%} "
+        f"{result['expected']:9.1%} {result['probable']:9.1%}"
+    )
+    print(f"{len(result['faults'])} simulator faults")
 
 
 def plot_validation(result: dict[str, Any], path: Path) -> None:
@@ -112,7 +136,7 @@ def plot_validation(result: dict[str, Any], path: Path) -> None:
     plt.close(figure)
 
 
-def _foretold(model: Transitions) -> dict[int, dict[int, float]]:
+def _foretold(model: Entries) -> dict[int, dict[int, float]]:
     """Probability by next state, by pair."""
     foretold: dict[int, dict[int, float]] = {}
     key = model.state.astype(np.int64) * N_ACTIONS + model.action
@@ -127,14 +151,4 @@ def _share(hits: np.ndarray) -> list[float]:
     """Share and its 95 % interval; zeros without trials."""
     if not hits.size:
         return [0.0, 0.0, 1.0]
-    return [float(hits.mean()), *wilson_interval(int(hits.sum()), hits.size)]
-
-
-def _print(result: dict[str, Any]) -> None:
-    print(f"{'action':>10} {'trials':>7} {'likeliest':>10} {'probable':>9}")
-    for name, row in result["by_action"].items():
-        print(
-            f"{name:>10} {row['trials']:7d} {row['most_likely'][0]:10.1%} {row['probable'][0]:9.1%}"
-        )
-    print(f"{'by pairs':>10} {'':7} {result['most_likely']:10.1%} {result['probable']:9.1%}")
-    print(f"{len(result['faults'])} simulator faults")
+    return [float(hits.mean()), *wilson_interval(round(hits.sum()), hits.size)]

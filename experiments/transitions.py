@@ -13,14 +13,20 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import tyro
 
-from diagrams.transition_counts import TransitionEntries, Trial, count_pairs, transition_entries
+from diagrams.transition_counts import (
+    TransitionEntries,
+    Trial,
+    count_pairs,
+    thesis_entries,
+    transition_entries,
+)
 from diagrams.trial_database import ARM, Campaign, TrialDatabase
 from diagrams.trial_plan import Plan
 from diagrams.trial_record import Outcome, TrialConfig
 from diagrams.trial_rig import MODEL_FILES
 from experiments.command import Output, execute
 from experiments.executors import start_workers
-from experiments.model_validation import draw_pairs, plot_validation, scores
+from experiments.model_validation import draw_pairs, plot_validation, print_scores, scores
 from experiments.robot_data import MAP, SHIPPED_ROBOT, SHIPPED_TASK, load_feasibility
 from experiments.transition_export import save_tables, task_data
 from experiments.transition_plots import plot_coverage
@@ -95,6 +101,8 @@ class Validate:
     """The whole station, as the robot would do it; or the floating gripper of the trials."""
     trials: int = 600
     """Pairs to draw, a quarter of each kind of action."""
+    campaign: Path | None = None
+    """Database that the model was made from, to judge the kernel of thesis 5.9.1 as well."""
     database: Path = Path("out/transitions/validation.db")
     """SQLite file of these trials; made if missing."""
     workers: int = 2
@@ -172,6 +180,12 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
         run_campaign(database, campaign, PairTrials(drawn), workers)
     trials = [trial for trial in database.trials() if trial[0] in set(drawn)]
     result = scores(task.transitions, trials)
+    print_scores(result)
+    if config.campaign is not None:
+        feasible, tried = load_feasibility().mask(), TrialDatabase(config.campaign).trials()
+        result["thesis_kernel"] = scores(thesis_entries(feasible, tried), trials)
+        print("by the kernel of thesis 5.9.1, for as many pairs as it covers:")
+        print_scores(result["thesis_kernel"])
     with output.file("validation.png") as path:
         plot_validation(result, path)
     return result

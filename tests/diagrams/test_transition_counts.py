@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from diagrams.transition_counts import Evidence, count_pairs, transition_entries
+from diagrams.transition_counts import Evidence, count_pairs, thesis_entries, transition_entries
 from diagrams.trial_record import Outcome, Pair, TrialRecord
 from models.rotations import matrix_to_rotation_vector
 from models.task.estimate import estimated_transitions
@@ -160,3 +160,16 @@ def test_a_translation_is_measured_where_it_was_tried_and_follows_elsewhere(feas
     assert here == {State(5, 0, 10).index: (1.0, 1, Evidence.MEASURED)}
     other = outcomes(found, State(17, 8, 12), Action(Kind.TRANSLATE, 0))
     assert other == {State(0, 8, 12).index: (1.0, 1, Evidence.KERNEL)}
+
+
+def test_the_thesis_kernel_speaks_for_its_own_classes_alone(feasible):
+    found = thesis_entries(feasible, [(GRASP, 0, HELD)])
+    grasp = Action(Kind.GRASP, 10)
+    # Another column, and another quarter turn of the cube; not another gripper.
+    assert outcomes(found, State(2, 6), grasp)[State(2, 6, 10).index][0] == 1.0
+    assert not outcomes(found, State(8, 0), Action(Kind.GRASP, 12))
+    assert not outcomes(found, State(8, 1), grasp)
+    # A translation upwards speaks for every gripper.
+    up = Action(Kind.TRANSLATE, 9)
+    raised = thesis_entries(feasible, [(Pair(State(8, 0, 10).index, up.index), 0, HELD)])
+    assert outcomes(raised, State(8, 2, 3), up)[State(9, 2, 3).index][0] == 1.0

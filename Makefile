@@ -1,8 +1,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PEERS := .venv-bench
+PEER_LIST := experiments/benchmarks/peers/requirements.txt
 
-.PHONY: run test lint clean
+.PHONY: run test lint bench clean
 run: $(VENV)/installed
 	$(BIN)/python -m experiments.demo
 
@@ -14,10 +16,18 @@ lint: $(VENV)/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+bench: $(VENV)/installed $(PEERS)/installed
+	$(BIN)/python -m experiments.bench
+
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
 
+$(PEERS)/installed: $(PEER_LIST)
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check -r $(PEER_LIST)
+	touch $@
+
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) $(PEERS) out

@@ -3,23 +3,18 @@
 The demonstrator is taken to choose a in s with probability proportional to exp(β Q*(s, a))
 among the feasible actions, Q* being optimal for R = Φ ω (3.10), earned on entering a state.
 
-The gradient follows the greedy policy π. With f = R + γ V* (3.15), f = Φ ω + γ P_π f, so that
-∂f/∂ω = (I − γ P_π)⁻¹ Φ. For the gradient g of the likelihood in f only Φᵀ μ is needed, where
-μ = g + γ P_πᵀ μ: one fixed point for all weights together. Where π is not unique, f has a kink
-and this is one of its subgradients.
+The gradient follows the greedy policy: see ``irl.baselines.differentiable_planning``. Where that
+policy is not unique, f has a kink and this is one of its subgradients.
 """
 
 import numpy as np
-from scipy import sparse
 
-from irl.baselines.features import Features, state_features
-from irl.choices import check_range
+from irl.baselines.ascent import Callback, ascend
+from irl.baselines.differentiable_planning import HardMax
+from irl.baselines.features import state_features
+from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.demonstrations import Demonstrations
-from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
-from irl.planning import transition_matrix, value_iteration
-
-_PRECISION = 1e-11  # of V and μ, so that rounding does not hide the last gains in likelihood
 
 
 def linear_mlirl(
@@ -31,6 +26,7 @@ def linear_mlirl(
     beta: float = 1.0,
     tolerance: float = 1e-4,
     max_iterations: int = 200,
+    callback: Callback | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Climb (3.14) from ω = 0; the rate α doubles after a gain and halves without one.
 
@@ -45,6 +41,7 @@ def linear_mlirl(
         beta: inverse temperature β, above 0.
         tolerance: largest gradient entry at which the ascent ends.
         max_iterations: the ascent ends after so many evaluations in any case.
+        callback: follows the ascent.
 
     Returns:
         R ``[n_states]``, earned on entering a state, and ω ``[d]``.
@@ -53,63 +50,17 @@ def linear_mlirl(
         InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
             or the features are not finite or have a wrong shape.
     """
-    check_range("beta", beta, 0.0, open_low=True)
     phi = state_features(model, features)
-    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
-    weights, rate = np.zeros(phi.shape[1]), 1.0
-    value, gradient = value_and_gradient(model, problem, phi, weights, gamma, beta)
-    for _ in range(max_iterations):
-        if np.abs(gradient).max(initial=0.0) <= tolerance:
-            break
-        further = weights + rate * gradient
-        there = value_and_gradient(model, problem, phi, further, gamma, beta)
-        if there[0] > value:
-            weights, (value, gradient) = further, there
-            rate *= 2
-        else:
-            rate /= 2
-    return phi @ weights, weights
+    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, HardMax(), beta)
 
+    def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
+        return likelihood.in_weights(phi, weights)
 
-def value_and_gradient(
-    model: TransitionModel,
-    problem: LikelihoodProblem,
-    features: Features,
-    weights: np.ndarray,
-    gamma: float,
-    beta: float,
-) -> tuple[float, np.ndarray]:
-    """Mean log-likelihood (3.13) of the demonstrations, and a (sub)gradient in ω.
-
-    Args:
-        model: the transition model.
-        problem: the demonstrations, prepared.
-        features: Φ, ``[n_states, d]``.
-        weights: ω, ``[d]``.
-        gamma: discount factor in [0, 1).
-        beta: inverse temperature, above 0.
-
-    Returns:
-        The mean (≤ 0), and float64 ``[d]``.
-
-    Raises:
-        InputError: if gamma is out of range.
-    """
-    reward = features @ weights
-    V, Q = value_iteration(model, reward, gamma, tolerance=_PRECISION)
-    f = reward + gamma * V
-    value, df, _ = problem.value_and_gradient(f[problem.states], beta)
-    g = np.zeros(model.n_states)
-    g[problem.states] = df
-    greedy = np.where(np.isfinite(Q).any(axis=1), Q.argmax(axis=1), -1)
-    return value, features.T @ _accumulate(transition_matrix(model, greedy), g, gamma)
-
-
-def _accumulate(P: sparse.csr_matrix, g: np.ndarray, gamma: float) -> np.ndarray:
-    """Solve μ = g + γ Pᵀ μ, a contraction by γ in the sum of absolute entries."""
-    back = P.T.tocsr()
-    total, change = g.copy(), g
-    while np.abs(change).sum() > _PRECISION * (1 - gamma):
-        change = gamma * (back @ change)
-        total += change
-    return total
+    answer = ascend(
+        objective,
+        np.zeros(phi.shape[1]),
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        callback=callback,
+    )
+    return phi @ answer.x, answer.x

@@ -7,6 +7,8 @@ Keeping V as a variable, tied to R by V = P_π (R + γ V), spares the inverse, w
 where the model is sparse.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
@@ -24,14 +26,20 @@ def lp(
     *,
     l1: float = 1.0,
     r_max: float = 1.0,
+    slack: float = 0.0,
 ) -> np.ndarray:
     """Find the reward under which ``policy`` is optimal by the largest sum of margins (3.7).
 
     A state's margin is by how much Q(s, π(s)) exceeds the best of its *other feasible* actions;
     a state with one action has none. R = 0 always satisfies the constraints, so a solution
-    exists; where l1 outweighs every margin, it is R = 0 itself. A margin may be 0, so the policy
-    can share its rank with others under R, and a small l1 buys many margins at the price of
-    such ties elsewhere.
+    exists; where l1 outweighs every margin, it is R = 0 itself.
+
+    The sum is often largest where some margins are 0, and then other policies, good or bad, share
+    ``policy``'s rank under R. A second program undoes that: among the rewards that keep all but a
+    share ``slack`` of the optimum of (3.7), it takes one whose *smallest* margin is largest. It
+    stays 0 only if (nearly) no reward singles ``policy`` out, as when it breaks ties of its own
+    at random: of two states that share two successors, one may go to the first and the other to
+    the second.
 
     Args:
         model: the transition model.
@@ -40,6 +48,7 @@ def lp(
         gamma: discount factor in [0, 1).
         l1: λ, the price of Σ_s |R(s)| against the sum of margins, from 0.
         r_max: largest |R(s)|, above 0, in the reward's unit.
+        slack: 0…1; 0 is (3.7) alone, 0.01 mostly enough to leave no ties.
 
     Returns:
         R, float64 ``[n_states]``, earned on entering a state.
@@ -49,42 +58,131 @@ def lp(
             names an action that is not feasible.
         RuntimeError: if the solver stops without an optimum.
     """
-    policy = _checked(model, policy)
-    check_range("gamma", gamma, 0.0)
-    if gamma >= 1:
-        raise InputError(f"gamma: must be < 1, is {gamma}")
+    policy = checked_policy(model, policy)
     check_range("l1", l1, 0.0)
-    check_range("r_max", r_max, 0.0, open_low=True)
+    check_range("slack", slack, 0.0, 1.0)
+    lead, margin = leads(model, policy)
+    m, k = int(margin.max(initial=-1)) + 1, margin.size
+    of_pair = sparse.csr_matrix((np.ones(k), (np.arange(k), margin)), shape=(k, m))
+    program = RewardProgram(
+        transition_matrix(model, policy), gamma, r_max, lead, of_pair, lower=np.zeros(m)
+    )
+    objective = program.objective(l1, np.ones(m))
+    R, margins = program.maximise(objective)
+    if slack == 0:
+        return R
+    # The smallest margin is one variable more, with a row for each margin that bounds it.
+    smallest = sparse.hstack([-sparse.identity(m), np.ones((m, 1))])
+    program = RewardProgram(
+        program.P_pi,
+        gamma,
+        r_max,
+        sparse.vstack([lead, sparse.csr_matrix((m, model.n_states))]),
+        sparse.vstack([sparse.hstack([of_pair, sparse.csr_matrix((k, 1))]), smallest]),
+        lower=np.zeros(m + 1),
+    )
+    kept = (1 - slack) * (margins.sum() - l1 * np.abs(R).sum())
+    return program.maximise(
+        program.objective(0.0, np.append(np.zeros(m), 1.0)), (np.append(objective, 0.0), kept)
+    )[0]
 
-    n = model.n_states
-    P_pi = transition_matrix(model, policy)
+
+def leads(model: TransitionModel, policy: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
+    """What a policy's choice has over each action that it passes over: P_π − P_a.
+
+    Where a run has ended (−1), nothing is chosen and nothing passed over.
+
+    Returns:
+        The rows, ``[k, n_states]``, whose products with f are differences of Q; and int64
+        ``[k]``, which of the states that pass something over each row belongs to.
+    """
     chosen = policy[model.pair_state]
-    # Pairs that the policy passes over; where a run has ended, nothing is chosen or passed over.
     passed = np.flatnonzero((chosen >= 0) & (chosen != model.pair_action))
-    contested, margin = np.unique(model.pair_state[passed], return_inverse=True)
-    m, n_passed = contested.size, passed.size
-    lead = P_pi[model.pair_state[passed]] - model.P[passed]  # P_π − P_a, [n_passed, n]
-    of_pair = sparse.csr_matrix(
-        (np.ones(n_passed), (np.arange(n_passed), margin)), shape=(n_passed, m)
-    )
-
-    # Variables: gain and loss [n] each, R = gain − loss, so that |R| ≤ gain + loss is linear and
-    # tight wherever it is paid for; V [n]; margins [m], which are the minima in (3.7).
-    cost = np.concatenate([np.full(2 * n, l1), np.zeros(n), -np.ones(m)])
-    values = sparse.hstack(
-        [P_pi, -P_pi, gamma * P_pi - sparse.identity(n), sparse.csr_matrix((n, m))], format="csr"
-    )
-    margins = sparse.hstack([-lead, lead, -gamma * lead, of_pair], format="csr")
-    bounds = [(0.0, r_max)] * (2 * n) + [(None, None)] * n + [(0.0, None)] * m
-    answer = linprog(
-        cost, A_ub=margins, b_ub=np.zeros(n_passed), A_eq=values, b_eq=np.zeros(n), bounds=bounds
-    )
-    if answer.x is None or not answer.success:
-        raise RuntimeError(f"linear program: no optimum found ({answer.message})")
-    return answer.x[:n] - answer.x[n : 2 * n]
+    state = model.pair_state[passed]
+    rows = model.P[model.pair_index(state, policy[state])] - model.P[passed]
+    return rows.tocsr(), np.unique(state, return_inverse=True)[1]
 
 
-def _checked(model: TransitionModel, policy: np.ndarray) -> np.ndarray:
+@dataclass
+class RewardProgram:
+    """Linear programs over a reward R, a policy's values, and further variables x.
+
+    Subject to V = P_π f for f = R + γ V, lead·f ≥ extra·x + least, |R| ≤ r_max and lower ≤ x.
+
+    Attributes:
+        P_pi: the policy's transition matrix, ``[n, n]``.
+        gamma: discount factor in [0, 1).
+        r_max: largest |R(s)|, above 0.
+        lead: ``[k, n]``, sparse.
+        extra: ``[k, m]``, sparse.
+        lower: ``[m]``, −∞ where x is free.
+        least: ``[k]``, or one number.
+    """
+
+    P_pi: sparse.csr_matrix
+    gamma: float
+    r_max: float
+    lead: sparse.csr_matrix
+    extra: sparse.csr_matrix
+    lower: np.ndarray
+    least: np.ndarray | float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            InputError: if gamma or r_max is out of range.
+        """
+        check_range("gamma", self.gamma, 0.0)
+        if self.gamma >= 1:
+            raise InputError(f"gamma: must be < 1, is {self.gamma}")
+        check_range("r_max", self.r_max, 0.0, open_low=True)
+
+    def objective(self, l1: float, weight: np.ndarray) -> np.ndarray:
+        """Coefficients of weight·x − l1 Σ|R|, one for each of the program's variables."""
+        n = self.P_pi.shape[0]
+        # Gain and loss [n] each, R = gain − loss, so that |R| ≤ gain + loss is linear and tight
+        # wherever it is paid for; V [n]; x.
+        return np.concatenate([np.full(2 * n, -l1), np.zeros(n), weight])
+
+    def maximise(
+        self, objective: np.ndarray, floor: tuple[np.ndarray, float] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """R ``[n]`` and x ``[m]`` of the largest objective; ``floor``: another and its least value.
+
+        Raises:
+            InputError: if nothing satisfies the constraints.
+            RuntimeError: if the solver stops without an optimum.
+        """
+        n, m, P, lead = self.P_pi.shape[0], self.lower.size, self.P_pi, self.lead
+        values = sparse.hstack(
+            [P, -P, self.gamma * P - sparse.identity(n), sparse.csr_matrix((n, m))], format="csr"
+        )
+        rows = sparse.hstack([-lead, lead, -self.gamma * lead, self.extra], format="csr")
+        at_most = np.broadcast_to(-np.asarray(self.least, dtype=np.float64), lead.shape[:1])
+        if floor is not None:
+            rows = sparse.vstack([rows, -floor[0][None]], format="csr")
+            at_most = np.append(at_most, -floor[1])
+        bounds = np.full((3 * n + m, 2), np.inf)
+        bounds[: 2 * n] = 0.0, self.r_max
+        bounds[2 * n : 3 * n, 0] = -np.inf
+        bounds[3 * n :, 0] = self.lower
+        answer = linprog(
+            -objective, A_ub=rows, b_ub=at_most, A_eq=values, b_eq=np.zeros(n), bounds=bounds
+        )
+        if answer.status == 2:
+            raise InputError(f"linear program: no reward within ±{self.r_max:g} meets all of it")
+        if answer.x is None or not answer.success:
+            raise RuntimeError(f"linear program: no optimum found ({answer.message})")
+        return answer.x[:n] - answer.x[n : 2 * n], answer.x[3 * n :]
+
+
+def checked_policy(model: TransitionModel, policy: np.ndarray) -> np.ndarray:
+    """A policy as an array, integer ``[n_states]``, −1 where a run ends.
+
+    Raises:
+        InputError: if it has a wrong shape or type or names an action that is not feasible.
+    """
     policy = np.asarray(policy)
     if policy.shape != (model.n_states,) or not np.issubdtype(policy.dtype, np.integer):
         raise InputError(

@@ -1,11 +1,9 @@
 """Maximum causal entropy inverse reinforcement learning, Ziebart et al. (2008, 2010).
 
 Among all behaviours that meet the demonstrated features as often as the demonstrator did, the
-least committed one acts softly: with k moves to go it takes a with probability
-exp(Q_k(s, a) − V_k(s)), where Q_k = P (R + V_{k−1}) as in (3.2) without discount and V_k is the
-log-sum-exp of Q_k instead of its maximum. The reward R = Φ ω (3.10) is earned on entering a
-state. Each demonstration is compared with soft walks of its own start and length, so nothing
-needs to be known about where a task ends.
+least committed one walks softly, see ``irl.baselines.soft_walks``, under a reward R = Φ ω (3.10)
+earned on entering a state. Each demonstration is compared with soft walks of its own start and
+length, so nothing needs to be known about where a task ends.
 
 On models without chance the objective is the mean log-likelihood of the trajectories.
 """
@@ -16,7 +14,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from irl.baselines.features import Features, state_features
-from irl.baselines.softmax import acting_states, log_sum_exp
+from irl.baselines.soft_walks import SoftWalks
 from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -71,7 +69,7 @@ class FeatureMatching:
     """Demonstrations, prepared for many evaluations.
 
     Attributes:
-        model: the transition model.
+        walks: the transition model, prepared.
         features: Φ, float64 ``[n_states, d]``.
         starts: float64 ``[horizon + 1, n_states]``: the share of trajectories that have k moves
             in all and begin in s; sums to 1.
@@ -79,7 +77,7 @@ class FeatureMatching:
             counts for all its successors by their probability, whichever came about.
     """
 
-    model: TransitionModel
+    walks: SoftWalks
     features: Features
     starts: np.ndarray
     demonstrated: np.ndarray
@@ -112,66 +110,30 @@ class FeatureMatching:
         np.add.at(starts, (length, walks.state[first]), 1 / names.size)
         rows = model.pair_index(walks.state, walks.action)
         count = np.bincount(rows, minlength=model.n_pairs) / names.size
-        return cls(model, phi, starts, model.P.T @ count)
+        return cls(SoftWalks(model), phi, starts, model.P.T @ count)
 
     def value_and_gradient(self, weights: np.ndarray) -> tuple[float, np.ndarray]:
-        """Entropy's dual, concave in ω: demonstrated reward less the starts' soft value.
+        """Entropy's dual, concave in ω, as ``value_and_surplus`` for R = Φ ω.
 
         Args:
             weights: ω, ``[d]``.
 
         Returns:
-            The value (≤ 0 on models without chance), and its gradient ``[d]``: demonstrated
-            less expected feature counts per trajectory.
+            The value, and its gradient ``[d]``: demonstrated less expected feature counts.
         """
-        reward = self.features @ weights
-        policy, V = soft_value_iteration(self.model, reward, len(self.starts) - 1)
-        surplus = self.demonstrated - expected_entries(self.model, policy, self.starts)
-        value = self.demonstrated @ reward - (self.starts * V).sum()
-        return float(value), self.features.T @ surplus
+        value, surplus = self.value_and_surplus(self.features @ weights)
+        return value, self.features.T @ surplus
 
+    def value_and_surplus(self, state_reward: np.ndarray) -> tuple[float, np.ndarray]:
+        """Entropy's dual for any reward: demonstrated reward less the starts' soft value.
 
-def soft_value_iteration(
-    model: TransitionModel, state_reward: np.ndarray, horizon: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Soft values and choices with 0…horizon moves to go, backwards from the end.
+        Args:
+            state_reward: R, ``[n_states]``, earned on entering a state.
 
-    Args:
-        model: the transition model.
-        state_reward: R, ``[n_states]``, earned on entering a state.
-        horizon: largest number of moves.
-
-    Returns:
-        Probabilities ``[horizon, n_pairs]``, row k − 1 for k moves to go, and V
-        ``[horizon + 1, n_states]``, 0 with no move to go and in states without actions.
-    """
-    states, first, segment = acting_states(model)
-    policy = np.empty((horizon, model.n_pairs))
-    V = np.zeros((horizon + 1, model.n_states))
-    for k in range(1, horizon + 1):
-        q = model.P @ (state_reward + V[k - 1])
-        v = log_sum_exp(q, first, segment)
-        V[k, states] = v
-        policy[k - 1] = np.exp(q - v[segment])
-    return policy, V
-
-
-def expected_entries(model: TransitionModel, policy: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """How often each state is entered in expectation, forwards from the starts.
-
-    Args:
-        model: the transition model.
-        policy: as ``soft_value_iteration`` returns it, ``[horizon, n_pairs]``.
-        starts: ``[horizon + 1, n_states]``, what begins in s with k moves to go.
-
-    Returns:
-        float64 ``[n_states]``; the start itself is not an entry.
-    """
-    onward = model.P.T
-    entries = np.zeros(model.n_states)
-    entered = np.zeros(model.n_states)
-    for k in range(len(policy), 0, -1):
-        present = starts[k] + entered
-        entered = onward @ (present[model.pair_state] * policy[k - 1])
-        entries += entered
-    return entries
+        Returns:
+            The value (≤ 0 on models without chance), and its gradient ``[n_states]``: how much
+            more often the demonstrations enter each state than the soft walks do.
+        """
+        policy, V = self.walks.backward(state_reward, len(self.starts) - 1)
+        value = self.demonstrated @ state_reward - np.vdot(self.starts, V)
+        return float(value), self.demonstrated - self.walks.entries(policy, self.starts)

@@ -3,6 +3,7 @@ import pytest
 from scipy.optimize import linprog
 
 from irl.baselines.linear_programming import lp
+from irl.domains.gridworld import ACTIONS
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix, value_iteration
@@ -73,14 +74,32 @@ def test_two_ends_have_their_closed_form():
     np.testing.assert_allclose(lp(ends, policy, GAMMA, l1=1.1, r_max=5.0), 0, atol=1e-9)
 
 
-def test_recovers_the_grid(grid, optimal_policy, share_of_optimum):
-    R = lp(grid.model, optimal_policy, GAMMA)
-    assert R.argmax() == grid.goal_state
+@pytest.mark.parametrize("grid", [5, 15], indirect=True)
+@pytest.mark.parametrize("l1", [0.0, 0.5, 2.0])
+def test_recovers_the_grid(grid, strict_policy, share_of_optimum, l1):
+    R = lp(grid.model, strict_policy, GAMMA, l1=l1, slack=0.01)
     _, Q = value_iteration(grid.model, R, GAMMA)
-    # Margins may be 0: (3.7) leaves ties, which rounding hands to the lowest action, as in the
-    # policy that was given.
-    Q = Q.round(7)
+    np.testing.assert_array_equal(Q.argmax(axis=1), strict_policy)
     assert share_of_optimum(Q.argmax(axis=1)).min() >= 0.99
+
+
+@pytest.mark.parametrize("slack", [0.01, 0.2])
+def test_slack_buys_the_smallest_margin_with_the_sum(grid, strict_policy, slack):
+    lead, state = leads(grid.model, strict_policy, GAMMA)
+    best, kept = (lp(grid.model, strict_policy, GAMMA, l1=0.5, slack=s) for s in (0.0, slack))
+    sums = [objective(lead, state, R, 0.5) for R in (best, kept)]
+    assert sums[1] == pytest.approx((1 - slack) * sums[0])
+    assert (lead @ best).min() < 1e-6  # (3.7) alone leaves ties
+    assert (lead @ kept).min() > 1e-3
+
+
+def test_no_slack_parts_actions_that_the_policy_itself_confuses(grid, optimal_policy):
+    # Two cells share two neighbours; one goes to the first and the other to the second.
+    a, b = grid.index(grid.goal[0] - 1, grid.goal[1] - 1), grid.goal_state
+    policy = optimal_policy.copy()
+    policy[a], policy[b] = ACTIONS.index("right"), ACTIONS.index("left")
+    lead, _ = leads(grid.model, policy, GAMMA)
+    assert (lead @ lp(grid.model, policy, GAMMA, slack=0.5)).min() == pytest.approx(0, abs=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -94,6 +113,7 @@ def test_recovers_the_grid(grid, optimal_policy, share_of_optimum):
         ({"gamma": -0.1}, "gamma"),
         ({"l1": -1.0}, "l1"),
         ({"r_max": 0.0}, "r_max"),
+        ({"slack": 1.1}, "slack"),
     ],
 )
 def test_bad_arguments_are_named(chain, arguments, words):

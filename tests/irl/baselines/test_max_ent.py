@@ -2,12 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
-from irl.baselines.max_ent import (
-    FeatureMatching,
-    expected_entries,
-    max_ent,
-    soft_value_iteration,
-)
+from irl.baselines.max_ent import FeatureMatching, max_ent
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -26,17 +21,6 @@ def random_walks(model, rng, lengths) -> Demonstrations:
     return Demonstrations.concatenate(walks)
 
 
-def dense_policies(model, reward, horizon):
-    """Soft policies ``[n_states, n_actions]`` by moves to go, from dense tables."""
-    V, policies = np.zeros(model.n_states), []
-    for _ in range(horizon):
-        e = np.exp(model.q_values(reward + V))
-        total = e.sum(axis=1, keepdims=True)
-        V = np.where(total > 0, np.log(np.maximum(total, 1e-300)), 0.0)[:, 0]
-        policies.append(e / np.maximum(total, 1e-300))
-    return policies
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_gradient_agrees_with_finite_differences(stochastic, seed):
     rng = np.random.default_rng(seed)
@@ -49,7 +33,9 @@ def test_gradient_agrees_with_finite_differences(stochastic, seed):
     np.testing.assert_allclose(gradient, numeric, atol=1e-5)
 
 
-def test_without_chance_the_objective_is_the_log_likelihood(grid, optimal_walks):
+def test_without_chance_the_objective_is_the_log_likelihood(
+    grid, optimal_walks, dense_soft_policies
+):
     rng = np.random.default_rng(0)
     reward = rng.normal(size=grid.n_states)
     walks = Demonstrations.concatenate(
@@ -58,7 +44,7 @@ def test_without_chance_the_objective_is_the_log_likelihood(grid, optimal_walks)
     value, gradient = FeatureMatching.build(grid.model, walks).value_and_gradient(reward)
 
     def log_likelihood(reward):
-        policies, total = dense_policies(grid.model, reward, 10), 0.0
+        policies, total = dense_soft_policies(grid.model, reward, 10), 0.0
         for name in np.unique(walks.trajectory):
             pairs = walks.select(walks.trajectory == name).pairs
             for to_go, pair in zip(range(len(pairs), 0, -1), pairs, strict=True):
@@ -70,30 +56,10 @@ def test_without_chance_the_objective_is_the_log_likelihood(grid, optimal_walks)
     np.testing.assert_allclose(gradient, numeric, atol=1e-5)
 
 
-def test_entries_agree_with_dense_propagation(stochastic):
-    rng = np.random.default_rng(1)
-    n, horizon = stochastic.n_states, 7
-    reward, starts = rng.normal(size=n), rng.random((horizon + 1, n))
-    policy, _ = soft_value_iteration(stochastic, reward, horizon)
-    cube = np.zeros((n, stochastic.n_actions, n))
-    cube[stochastic.pair_state, stochastic.pair_action] = stochastic.P.toarray()
-    expected = np.zeros(n)
-    policies = dense_policies(stochastic, reward, horizon)
-    for begin in range(1, horizon + 1):  # every start on its own
-        here = starts[begin]
-        for to_go in range(begin, 0, -1):
-            here = np.einsum("s,sa,sat->t", here, policies[to_go - 1], cube)
-            expected += here
-    np.testing.assert_allclose(expected_entries(stochastic, policy, starts), expected)
-
-
 def test_one_choice_has_its_closed_form():
     fork = TransitionModel.from_entries(
         3, 2, np.array([0, 0]), np.array([0, 1]), np.array([1, 2]), np.ones(2)
     )
-    policy, V = soft_value_iteration(fork, np.array([9.0, 0.7, 0.2]), 1)
-    assert policy[0, 0] / policy[0, 1] == pytest.approx(np.exp(0.7 - 0.2))
-    assert V[1, 0] == pytest.approx(np.log(np.exp(0.7) + np.exp(0.2)))
     # Chosen 3 times in 4, the learnt rewards differ by log 3; l2 then splits it evenly.
     walks = Demonstrations.concatenate(
         [Demonstrations.from_pairs([(0, a)], trajectory=k) for k, a in enumerate((0, 0, 1, 0))]
@@ -104,8 +70,9 @@ def test_one_choice_has_its_closed_form():
     np.testing.assert_array_equal(R, weights)
 
 
-def test_recovers_the_grid(grid, optimal_walks, share_of_optimum):
-    R, _ = max_ent(grid.model, optimal_walks)
+@pytest.mark.parametrize("grid", [5, 15], indirect=True)
+def test_recovers_the_grid(grid, border_walks, share_of_optimum):
+    R, _ = max_ent(grid.model, border_walks)
     assert R.argmax() == grid.goal_state
     _, Q = value_iteration(grid.model, R, 0.9)
     assert share_of_optimum(Q.argmax(axis=1)).min() >= 0.99

@@ -1,0 +1,1 @@
+"""Speed, side by side with the alternative: one module a subject, each with ``rows()``."""

@@ -1,0 +1,228 @@
+"""Bayesian inverse reinforcement learning, Ramachandran & Amir (2007), and its active queries.
+
+A demonstrated action a in s has the probability exp(β Q*(s, a)) / Σ_b exp(β Q*(s, b)) under a
+reward R = Φ ω (3.10), and every ω_k is Gaussian beforehand. Metropolis–Hastings draws rewards from
+the posterior. Successive proposals are near each other, so planning for one starts from the last.
+
+Lopes, Melo & Montesano (2009) ask where the posterior leaves the demonstrator's policy in doubt:
+not where it is random, but where its probabilities differ from one likely reward to the next.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irl.baselines.differentiable_planning import Planner
+from irl.baselines.features import state_features
+from irl.baselines.mcmc import crank_nicolson, effective_sample_size, split_r_hat
+from irl.baselines.softmax import acting_states, log_sum_exp
+from irl.choices import check_range
+from irl.demonstrations import Demonstrations
+from irl.demonstrators import Demonstrator
+from irl.likelihood import LikelihoodProblem
+from irl.mdp import TransitionModel
+from irl.queries import candidate_states
+
+
+@dataclass(frozen=True)
+class SamplingConfig:
+    """How to draw from the posterior."""
+
+    beta: float = 10.0
+    """Inverse temperature of the demonstrator, in 1 / unit of reward."""
+    prior_scale: float = 1.0
+    """Standard deviation of every ω_k beforehand, in the reward's unit."""
+    chains: int = 4
+    """Independent chains, at least 2, or nothing tells whether they agree."""
+    burn_in: int = 500
+    """Proposals a chain in which its step adapts, which are forgotten."""
+    samples: int = 200
+    """Rewards a chain that are kept, at least 4."""
+    thin: int = 5
+    """Proposals for each reward kept."""
+    bins: int = 10
+    """Intervals of the probabilities in ``Posterior.query_entropy``."""
+
+    def __post_init__(self) -> None:
+        """Refuse values outside their range.
+
+        Raises:
+            InputError: naming the field and what it may be.
+        """
+        check_range("beta", self.beta, 0, open_low=True)
+        check_range("prior_scale", self.prior_scale, 0, open_low=True)
+        check_range("chains", self.chains, 2)
+        check_range("burn_in", self.burn_in, 0)
+        check_range("samples", self.samples, 4)
+        check_range("thin", self.thin, 1)
+        check_range("bins", self.bins, 2)
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Rewards drawn, and what they say of the policy.
+
+    Attributes:
+        model: the transition model.
+        weights: ω, float64 ``[chains, samples, d]``.
+        log_likelihood: of all demonstrations, ``[chains, samples]``.
+        acceptance: share of proposals taken after the burn-in, ``[chains]``.
+        reward: posterior mean of R, ``[n_states]``, earned on entering a state.
+        counts: int64 ``[n_pairs, bins]``: how many of the rewards give each pair a probability
+            in each interval.
+        policy: posterior mean of π, ``[n_pairs]``.
+    """
+
+    model: TransitionModel
+    weights: np.ndarray
+    log_likelihood: np.ndarray
+    acceptance: np.ndarray
+    reward: np.ndarray
+    counts: np.ndarray
+    policy: np.ndarray
+
+    @property
+    def query_entropy(self) -> np.ndarray:
+        """Doubt about the policy in each state, in nats, ``[n_states]``; Lopes et al., (7), (8).
+
+        The entropy of a pair's histogram over intervals of its probability, as a mean over the
+        state's feasible actions; 0 in states without.
+        """
+        share = self.counts / self.counts.sum(axis=1, keepdims=True)
+        entropy = -(share * np.log(np.where(share > 0, share, 1.0))).sum(axis=1)
+        width = np.diff(self.model.first_pair)
+        return np.bincount(
+            self.model.pair_state, entropy, minlength=self.model.n_states
+        ) / np.maximum(width, 1)
+
+    @property
+    def r_hat(self) -> float:
+        """Split-R̂ of the log-likelihood, which is near 1 if the chains agree."""
+        return float(split_r_hat(self.log_likelihood))
+
+    @property
+    def effective_samples(self) -> float:
+        """Effective sample size of the log-likelihood."""
+        return float(effective_sample_size(self.log_likelihood))
+
+
+def birl(
+    model: TransitionModel,
+    demonstrations: Demonstrations,
+    features: np.ndarray | None = None,
+    *,
+    gamma: float,
+    rng: np.random.Generator,
+    config: SamplingConfig | None = None,
+    start: np.ndarray | None = None,
+) -> Posterior:
+    """Draw rewards from their posterior.
+
+    Args:
+        model: the transition model.
+        demonstrations: labelled pairs, in any order, each one taken as evidence of its own.
+        features: Φ, ``[n_states, d]``; one indicator per state if absent.
+        gamma: discount factor in [0, 1).
+        rng: the only source of chance; each chain has a generator spawned from it.
+        config: how to draw.
+        start: where the chains begin, ``[chains, d]``; drawn from the prior if absent.
+
+    Raises:
+        InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
+            or the features are not finite or have a wrong shape.
+    """
+    config = config or SamplingConfig()
+    phi = state_features(model, features)
+    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+    _, first, segment = acting_states(model)
+    shape = config.chains, config.samples
+    weights, likelihoods = np.empty((*shape, phi.shape[1])), np.empty(shape)
+    acceptance = np.zeros(config.chains)
+    counts = np.zeros((model.n_pairs, config.bins), dtype=np.int64)
+    policy = np.zeros(model.n_pairs)
+    pairs = np.arange(model.n_pairs)
+
+    for chain, own_rng in enumerate(rng.spawn(config.chains)):
+        # Errors of Q up to this change the log-likelihood by 1/500 at most.
+        planner = Planner(model, gamma, tolerance=1e-3 / (config.beta * len(demonstrations)))
+
+        def log_likelihood(
+            omega: np.ndarray, planner: Planner = planner
+        ) -> tuple[float, np.ndarray]:
+            f = planner.solve(phi @ omega)
+            mean, _, _ = problem.value_and_gradient(f[problem.states], config.beta)
+            return mean * len(demonstrations), f
+
+        prior_draw = own_rng.normal(0.0, config.prior_scale, phi.shape[1])
+        begin = np.asarray(prior_draw if start is None else start[chain])
+        steps = crank_nicolson(log_likelihood, begin, config.prior_scale, own_rng, config.burn_in)
+        for sample in range(config.samples):
+            for _ in range(config.thin):
+                step = next(steps)
+                acceptance[chain] += step.accepted / (config.samples * config.thin)
+            weights[chain, sample], likelihoods[chain, sample] = step.x, step.log_likelihood
+            q = config.beta * (model.P @ step.extra)
+            pi = np.exp(q - log_sum_exp(q, first, segment)[segment])
+            policy += pi / (config.chains * config.samples)
+            counts[pairs, np.minimum((pi * config.bins).astype(np.int64), config.bins - 1)] += 1
+    reward = phi @ weights.mean(axis=(0, 1))
+    return Posterior(model, weights, likelihoods, acceptance, reward, counts, policy)
+
+
+def active_birl(
+    model: TransitionModel,
+    demonstrations: Demonstrations,
+    demonstrator: Demonstrator,
+    features: np.ndarray | None = None,
+    *,
+    gamma: float,
+    budget: int,
+    rng: np.random.Generator,
+    config: SamplingConfig | None = None,
+    candidates: np.ndarray | None = None,
+) -> tuple[Posterior, Demonstrations]:
+    """Ask for the action in the state of largest ``query_entropy``, learn, and ask again.
+
+    No labelled state is asked about. The loop ends early when no other is left.
+
+    Args:
+        model: the transition model.
+        demonstrations: what is known beforehand, at least one pair.
+        demonstrator: answers with an action; must know the candidates.
+        features: Φ, ``[n_states, d]``; one indicator per state if absent.
+        gamma: discount factor in [0, 1).
+        budget: most questions.
+        rng: the only source of chance.
+        config: how to draw.
+        candidates: state indices that questions stay within; all if absent.
+
+    Returns:
+        The posterior after the last answer, and all demonstrations, answers last.
+
+    Raises:
+        InputError: as ``birl``.
+    """
+    check_range("budget", budget, 0)
+    posterior = birl(model, demonstrations, features, gamma=gamma, rng=rng, config=config)
+    for _ in range(budget):
+        left = candidate_states(model, demonstrations.state, candidates)
+        if not left.size:
+            break
+        doubt = posterior.query_entropy[left]
+        state = int(rng.choice(left[doubt == doubt.max()]))
+        answer = Demonstrations.from_pairs(
+            [(state, demonstrator.label(state, rng))],
+            trajectory=int(demonstrations.trajectory.max()) + 1,
+        )
+        demonstrations = Demonstrations.concatenate([demonstrations, answer])
+        # One answer moves the posterior little: the chains go on from where they are.
+        posterior = birl(
+            model,
+            demonstrations,
+            features,
+            gamma=gamma,
+            rng=rng,
+            config=config,
+            start=posterior.weights[:, -1],
+        )
+    return posterior, demonstrations

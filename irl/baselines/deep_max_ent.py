@@ -1,0 +1,109 @@
+"""Maximum entropy deep inverse reinforcement learning, Wulfmeier et al. (2015).
+
+The reward is a neural network of the state's features, R = r_max · tanh(g(φ)). By the chain rule
+the gradient of the maximum entropy objective in its weights is the difference between demonstrated
+and expected state visits, see ``irl.baselines.max_ent``, carried back through the network.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from irl.baselines.max_ent import FeatureMatching
+from irl.choices import check_range
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.optimizers import Adam
+from irl.vr_function import Evaluation, VRFunction, torch_generator
+
+
+def deep_max_ent(
+    model: TransitionModel,
+    demonstrations: Demonstrations,
+    features: np.ndarray,
+    *,
+    rng: np.random.Generator,
+    hidden: tuple[int, ...] = (32, 32),
+    r_max: float = 10.0,
+    iterations: int = 300,
+    step: float = 0.01,
+    weight_decay: float = 0.0,
+) -> tuple[np.ndarray, VRFunction]:
+    """Train a reward network by Adam, the step decaying linearly to 0.
+
+    Args:
+        model: the transition model.
+        demonstrations: trajectories without gaps; one pair alone is a trajectory of one move.
+        features: the network's input, ``[n_states, d]``, best of a size near 1.
+        rng: draws the initial weights.
+        hidden: widths of the hidden layers.
+        r_max: largest |R(s)|, above 0, in units of the demonstrator's temperature.
+        iterations: steps to take, from 0.
+        step: Adam's first step, above 0.
+        weight_decay: shrinkage of the weights per unit of step, from 0.
+
+    Returns:
+        R ``[n_states]``, earned on entering a state, and the network, whose output is R / r_max.
+
+    Raises:
+        InputError: as ``FeatureMatching.build``, or if a number is out of range.
+    """
+    check_range("iterations", iterations, 0)
+    check_range("step", step, 0.0, open_low=True)
+    check_range("weight_decay", weight_decay, 0.0)
+    problem = RewardNetwork.build(model, demonstrations, features, hidden, r_max, rng)
+    ascent = Adam(problem.network.parameters, weight_decay)
+    for k in range(iterations):
+        _, gradient = problem.value_and_gradient()
+        ascent.step(gradient, step * (1 - k / iterations))
+    return problem.reward(), problem.network
+
+
+@dataclass(frozen=True)
+class RewardNetwork:
+    """A reward network and the demonstrations it is to explain, prepared for many steps.
+
+    Attributes:
+        matching: the demonstrations.
+        network: its output is R / r_max.
+        at: the network at every state.
+        r_max: largest |R(s)|.
+    """
+
+    matching: FeatureMatching
+    network: VRFunction
+    at: Evaluation
+    r_max: float
+
+    @classmethod
+    def build(
+        cls,
+        model: TransitionModel,
+        demonstrations: Demonstrations,
+        features: np.ndarray,
+        hidden: tuple[int, ...],
+        r_max: float,
+        rng: np.random.Generator,
+    ) -> "RewardNetwork":
+        """Draw the initial weights; arguments and errors as for ``deep_max_ent``."""
+        check_range("r_max", r_max, 0.0, open_low=True)
+        if features is None:
+            raise InputError("features: the network's input is needed, [n_states, d]")
+        matching = FeatureMatching.build(model, demonstrations, features)
+        x = np.asarray(features, dtype=np.float32)
+        network = VRFunction(x.shape[1], hidden, generator=torch_generator(rng))
+        return cls(matching, network, network.at(x), r_max)
+
+    def reward(self) -> np.ndarray:
+        """R with the network's present weights, float64 ``[n_states]``."""
+        return self.r_max * self.at.forward().double().numpy()
+
+    def value_and_gradient(self) -> tuple[float, torch.Tensor]:
+        """The maximum entropy objective, and its gradient in the weights ``[n_parameters]``.
+
+        The gradient is a buffer that the next call overwrites.
+        """
+        value, surplus = self.matching.value_and_surplus(self.reward())
+        return value, self.at.backward(torch.from_numpy(self.r_max * surplus))

@@ -1,0 +1,268 @@
+"""Planning that can be differentiated in the reward: V, f and the pull of f on R.
+
+With f = R + γ V (3.15), the reward earned on entering a state, Bellman's equation reads
+V = max P f, the maximum over each state's feasible actions, or a smooth stand-in for it. Where W
+holds its slopes ∂V/∂Q, ∂f/∂R = (I − γ W P)⁻¹. A gradient g in f therefore becomes, in R,
+μ = g + γ (W P)ᵀ μ: one sparse linear system for all rewards together.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import count
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import bicgstab
+
+from irl.baselines.softmax import acting_states, log_sum_exp
+from irl.choices import check_range
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+
+_SWEEPS = 5  # plain sweeps between two Newton steps
+_NEWTON = 1e-3  # relative residual of a Newton step
+_NEWTON_STEPS = 100  # more than any search needs; then the sweeps' contraction takes over
+_KRYLOV_STEPS = 300
+
+
+class Maximum(Protocol):
+    """A maximum over groups of neighbouring entries, and its slopes."""
+
+    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """Maximum of each group of ``q`` ``[n]``.
+
+        ``first`` ``[m]`` says where each group begins, ``segment`` ``[n]`` which one an entry
+        belongs to; none is empty. Returns float64 ``[m]``.
+        """
+        ...
+
+    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """∂v/∂q ``[n]`` at ``v = values(q, …)``, each entry in its own group; none below 0."""
+        ...
+
+    def expansion(self, n_actions: int) -> float:
+        """Largest sum of a group's slopes, a group having up to ``n_actions`` entries."""
+        ...
+
+
+class HardMax:
+    """The maximum itself. Among equals the first carries the slope, a subgradient."""
+
+    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """See ``Maximum``."""
+        return np.maximum.reduceat(q, first)
+
+    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """See ``Maximum``."""
+        best = np.flatnonzero(q == v[segment])
+        _, first_best = np.unique(segment[best], return_index=True)
+        slopes = np.zeros(q.size)
+        slopes[best[first_best]] = 1.0
+        return slopes
+
+    def expansion(self, n_actions: int) -> float:
+        """See ``Maximum``."""
+        return 1.0
+
+
+@dataclass(frozen=True)
+class SoftMax:
+    """τ log Σ exp(q / τ): soft value iteration, or with k = 1/τ Li & Burdick's soft maximum.
+
+    Its slopes are the soft-optimal policy. Exceeds the maximum by at most τ log n.
+
+    Attributes:
+        temperature: τ, above 0, in the reward's unit.
+    """
+
+    temperature: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the temperature.
+
+        Raises:
+            InputError: if it is not above 0.
+        """
+        check_range("temperature", self.temperature, 0.0, open_low=True)
+
+    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """See ``Maximum``."""
+        return self.temperature * log_sum_exp(q / self.temperature, first, segment)
+
+    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """See ``Maximum``."""
+        return np.exp((q - v[segment]) / self.temperature)
+
+    def expansion(self, n_actions: int) -> float:
+        """See ``Maximum``."""
+        return 1.0
+
+
+@dataclass(frozen=True)
+class PNorm:
+    """(Σ qᵖ)^(1/p), for values from 0; negative ones count as 0.
+
+    Exceeds the maximum by the factor n^(1/p) at most, so that Bellman's equation has a solution
+    only where γ n^(1/p) < 1.
+
+    Attributes:
+        order: p, from 1.
+    """
+
+    order: float
+
+    def __post_init__(self) -> None:
+        """Check the order.
+
+        Raises:
+            InputError: if it is below 1.
+        """
+        check_range("order", self.order, 1.0)
+
+    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """See ``Maximum``."""
+        # Powers of the share of the largest, which cannot overflow.
+        peak = np.maximum(np.maximum.reduceat(q, first), 0.0)
+        share = np.maximum(q, 0.0) / np.where(peak > 0, peak, 1.0)[segment]
+        return peak * np.add.reduceat(share**self.order, first) ** (1 / self.order)
+
+    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+        """See ``Maximum``; where all of a group is 0, what equal entries above 0 have."""
+        share = np.maximum(q, 0.0) / np.where(v > 0, v, 1.0)[segment]
+        equal = np.bincount(segment, minlength=v.size) ** (1 / self.order - 1)
+        return np.where(v[segment] > 0, share ** (self.order - 1), equal[segment])
+
+    def expansion(self, n_actions: int) -> float:
+        """See ``Maximum``."""
+        return n_actions ** (1 / self.order)
+
+
+@dataclass
+class Planner:
+    """Solves V = max P (R + γ V) for one reward after another, each from the last solution.
+
+    Sweeps of value iteration alternate with Newton steps, (I − γ W P) ΔV = residual, which for
+    the hard maximum is policy iteration. The sweeps' contraction guarantees the result; the steps
+    make it cheap.
+
+    Attributes:
+        model: the transition model; V = 0 in states without actions.
+        gamma: discount factor in [0, 1).
+        maximum: the maximum, or what stands in for it.
+        tolerance: largest error of V, as far as rounding permits.
+        V: the last solution ``[n_states]``, where the next search begins.
+    """
+
+    model: TransitionModel
+    gamma: float
+    maximum: Maximum = field(default_factory=HardMax)
+    tolerance: float = 1e-10
+    V: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin from V = 0.
+
+        Raises:
+            InputError: if gamma is outside [0, 1), or the maximum expands too much for it.
+        """
+        if not 0 <= self.gamma < 1:
+            raise InputError(f"gamma: must lie in [0, 1), is {self.gamma}")
+        self._acting, self._first, self._segment = acting_states(self.model)
+        widest = int(np.diff(self.model.first_pair).max(initial=1))
+        self._rate = self.gamma * self.maximum.expansion(widest)
+        if self._rate >= 1:
+            raise InputError(
+                f"gamma: {self.gamma} is too large for {self.maximum} with {widest} actions: "
+                "γ n^(1/p) must be below 1; choose a higher order"
+            )
+        self.V = np.zeros(self.model.n_states)
+        self._reward = np.zeros(self.model.n_states)
+        self._warm = np.zeros(self.model.n_states)
+
+    @cached_property
+    def _identity(self) -> sparse.csr_matrix:
+        return sparse.identity(self.model.n_states, format="csr")
+
+    def solve(self, reward: np.ndarray) -> np.ndarray:
+        """Plan under a reward ``[n_states]``, earned on entering a state.
+
+        Returns:
+            f = R + γ V, float64 ``[n_states]``; Q = P f.
+
+        Raises:
+            InputError: if the reward is not finite or has a wrong shape.
+        """
+        reward = np.asarray(reward, dtype=np.float64)
+        if reward.shape != (self.model.n_states,) or not np.isfinite(reward).all():
+            raise InputError(
+                f"reward: finite values [{self.model.n_states}] wanted, got {list(reward.shape)}"
+            )
+        self._reward = reward
+        entry = self.model.P @ reward  # folded once: a sweep is one matrix product
+        V = self.V
+        for round_ in count():
+            for _ in range(_SWEEPS):
+                q, last = self._q(entry, V), V
+                V = self._values(q)
+            change = np.abs(V - last).max(initial=0.0)
+            # The contraction bounds what is left: |V − V*| ≤ rate / (1 − rate) · last change.
+            if self._rate * change <= max(
+                self.tolerance * (1 - self._rate), 1e-14 * np.abs(V).max(initial=0.0)
+            ):
+                break
+            if round_ < _NEWTON_STEPS:
+                q = self._q(entry, V)
+                residual = self._values(q) - V
+                step, failed = bicgstab(
+                    self._identity - self._onward(q), residual, rtol=_NEWTON, maxiter=_KRYLOV_STEPS
+                )
+                if not failed:
+                    V = V + step
+        self.V = V
+        return reward + self.gamma * V
+
+    def pull(self, g: np.ndarray) -> np.ndarray:
+        """Turn a gradient in f into one in the reward, at the reward solved last.
+
+        Args:
+            g: ∂L/∂f, ``[n_states]``.
+
+        Returns:
+            ∂L/∂R, float64 ``[n_states]``.
+        """
+        back = self._onward(self._q(self.model.P @ self._reward, self.V)).T.tocsr()
+        enough = self.tolerance * max(np.abs(g).sum(), np.finfo(float).tiny)
+        mu, _ = bicgstab(
+            self._identity - back, g, x0=self._warm, rtol=self.tolerance, maxiter=_KRYLOV_STEPS
+        )
+        if not np.isfinite(mu).all():
+            mu = g.copy()
+        # A contraction in the sum of absolute entries finishes what the Krylov method left.
+        while True:
+            after = g + back @ mu
+            change, mu = np.abs(after - mu).sum(), after
+            if self._rate * change <= enough * (1 - self._rate):
+                break
+        self._warm = mu
+        return mu
+
+    def _q(self, entry: np.ndarray, V: np.ndarray) -> np.ndarray:
+        return entry + self.gamma * (self.model.P @ V)
+
+    def _values(self, q: np.ndarray) -> np.ndarray:
+        V = np.zeros(self.model.n_states)
+        if self._acting.size:
+            V[self._acting] = self.maximum.values(q, self._first, self._segment)
+        return V
+
+    def _onward(self, q: np.ndarray) -> sparse.csr_matrix:
+        """γ W P at the given values of the pairs, ``[n_states, n_states]``."""
+        model = self.model
+        v = self._values(q)[self._acting]
+        weight = self.gamma * self.maximum.slopes(q, v, self._segment)
+        used = np.flatnonzero(weight)
+        choice = sparse.csr_matrix(
+            (weight[used], (model.pair_state[used], used)), shape=(model.n_states, model.n_pairs)
+        )
+        return choice @ model.P

@@ -1,0 +1,154 @@
+"""Linear programming with advice: thesis (3.9), Kunapuli et al. (2013).
+
+Demonstrations need not be optimal: a demonstrated action's lead over the others of its state,
+ξ, may be negative. Advice about actions adds constraints (3.8): in an advised state each
+preferred action must be worth at least δ more than each avoided one.
+
+    max  −‖R‖₁ + λ_d Σ ξ_i + λ_a Σ ζ_j
+    Q(i, a*) − Q(i, a) ≥ ξ_i            for every other a, in every demonstrated state i
+    Q(j, a) − Q(j, a') ≥ ζ_j + δ_j      for a preferred, a' avoided, in every advised state j
+    ζ_j ≥ 0,  |R| ≤ R_max
+
+How the values are tied to R without the inverse is told in ``irl.baselines.linear_programming``.
+A level t_j between preferred and avoided actions, Q(j, a) ≥ t_j + ζ_j + δ_j and t_j ≥ Q(j, a'),
+says the same in |Pref| + |Av| rows instead of |Pref| · |Av|.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from irl.advice import Advice
+from irl.baselines.linear_programming import RewardProgram, leads
+from irl.choices import check_range
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.planning import transition_matrix, value_iteration
+
+
+def lp_advice(
+    model: TransitionModel,
+    demonstrations: Demonstrations,
+    advice: Advice,
+    *,
+    gamma: float,
+    demonstration_trust: float = 1.0,
+    advice_trust: float = 1.0,
+    hardness: np.ndarray | float = 0.0,
+    r_max: float = 1.0,
+    rounds: int = 10,
+) -> np.ndarray:
+    """Find a reward that explains the demonstrations and heeds the advice (3.9).
+
+    (3.9) values a policy, which needs an action in every state. Where none was demonstrated, or
+    one that the expert wants avoided, the feasible actions that are not avoided are first taken
+    evenly, and afterwards the best one under the reward found (a* of the thesis), until that
+    changes nothing.
+
+    Advice with one set only, preferred or avoided, sets it against the state's other feasible
+    actions. Advice about infeasible actions has no effect.
+
+    Args:
+        model: the transition model.
+        demonstrations: labelled pairs, of which one a state is used; may be empty.
+        advice: preferred and avoided actions.
+        gamma: discount factor in [0, 1).
+        demonstration_trust: λ_d, from 0.
+        advice_trust: λ_a, from 0.
+        hardness: δ, one number or ``[n_states]``, in units of Q: above 0 a margin that must be
+            met, below 0 a violation that is allowed.
+        r_max: largest |R(s)|, above 0, in the reward's unit.
+        rounds: most programs to solve, at least 1.
+
+    Returns:
+        R, float64 ``[n_states]``, earned on entering a state.
+
+    Raises:
+        InputError: if a number is out of range, a demonstration is infeasible, a shape is wrong,
+            or no reward within ±r_max meets the advice by δ.
+        RuntimeError: if the solver stops without an optimum.
+    """
+    check_range("demonstration_trust", demonstration_trust, 0.0)
+    check_range("advice_trust", advice_trust, 0.0)
+    check_range("rounds", rounds, 1)
+    shape = model.n_states, model.n_actions
+    if advice.preferred.shape != shape or advice.avoided.shape != shape:
+        raise InputError(f"advice: tables {list(shape)} wanted, got {list(advice.preferred.shape)}")
+    hardness = np.asarray(hardness, dtype=np.float64)
+    if hardness.shape not in ((), (model.n_states,)) or not np.isfinite(hardness).all():
+        raise InputError(f"hardness: one finite number or [{model.n_states}] of them wanted")
+    demonstrations.check(model, "demonstrations")
+    labels = demonstrations.resolved()
+    shown = np.full(model.n_states, -1, dtype=np.int64)
+    shown[labels.state] = labels.action
+
+    lead, state = leads(model, shown)
+    n_demonstrated = int(state.max(initial=-1)) + 1
+    xi = sparse.csr_matrix(
+        (np.ones(state.size), (np.arange(state.size), state)), shape=(state.size, n_demonstrated)
+    )
+    side, levels, least = _advice_rows(model, advice, np.broadcast_to(hardness, model.n_states))
+    n_advised = levels.shape[1] // 2
+    rows = sparse.vstack([lead, side], format="csr")
+    extra = sparse.block_diag([xi, levels], format="csr")
+    # ξ and the levels t are free, ζ are not negative.
+    lower = np.concatenate([np.full(n_demonstrated + n_advised, -np.inf), np.zeros(n_advised)])
+    weight = np.concatenate(
+        [
+            np.full(n_demonstrated, demonstration_trust),
+            np.zeros(n_advised),
+            np.full(n_advised, advice_trust),
+        ]
+    )
+    least = np.concatenate([np.zeros(state.size), least])
+
+    contradicted = (shown >= 0) & advice.avoided[np.arange(model.n_states), shown]
+    kept = np.where(contradicted, -1, shown)
+    policy = _even_choice(model, kept, advice)
+    for _ in range(rounds):
+        program = RewardProgram(
+            transition_matrix(model, policy), gamma, r_max, rows, extra, lower, least
+        )
+        R, _ = program.maximise(program.objective(1.0, weight))
+        _, Q = value_iteration(model, R, gamma)
+        greedy = np.where(np.isfinite(Q).any(axis=1), Q.argmax(axis=1), -1)
+        following = np.where(kept >= 0, kept, greedy)
+        if np.array_equal(following, policy):
+            break
+        policy = following
+    return R
+
+
+def _even_choice(model: TransitionModel, kept: np.ndarray, advice: Advice) -> np.ndarray:
+    """Probabilities ``[n_states, n_actions]``: as kept, else even among what is not avoided."""
+    left = model.mask & ~advice.avoided
+    left = np.where(left.any(axis=1, keepdims=True), left, model.mask)
+    left = np.where(kept[:, None] >= 0, np.arange(model.n_actions) == kept[:, None], left)
+    return left / np.maximum(left.sum(axis=1, keepdims=True), 1)
+
+
+def _advice_rows(
+    model: TransitionModel, advice: Advice, hardness: np.ndarray
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix, np.ndarray]:
+    """Rows P f ≥ t + ζ + δ for preferred pairs, −P f ≥ −t for avoided ones.
+
+    Returns:
+        P and −P ``[k, n_states]``; coefficients of t and ζ ``[k, 2 · advised]``; δ or 0 ``[k]``.
+    """
+    good = advice.preferred & model.mask
+    bad = advice.avoided & model.mask
+    one_sided = good.any(axis=1) ^ bad.any(axis=1)
+    rest = model.mask & ~good & ~bad & one_sided[:, None]
+    good, bad = good | (rest & bad.any(axis=1)[:, None]), bad | (rest & good.any(axis=1)[:, None])
+    advised = good.any(axis=1) & bad.any(axis=1)
+    place = np.cumsum(advised) - 1
+    above = np.flatnonzero((good & advised[:, None])[model.pair_state, model.pair_action])
+    below = np.flatnonzero((bad & advised[:, None])[model.pair_state, model.pair_action])
+    above_at, below_at = place[model.pair_state[above]], place[model.pair_state[below]]
+    n, k = int(advised.sum()), above.size
+    column = np.concatenate([above_at, above_at + n, below_at])
+    row = np.concatenate([np.arange(k), np.arange(k), k + np.arange(below.size)])
+    sign = np.concatenate([np.ones(2 * k), -np.ones(below.size)])
+    levels = sparse.csr_matrix((sign, (row, column)), shape=(k + below.size, 2 * n))
+    delta = np.concatenate([hardness[model.pair_state[above]], np.zeros(below.size)])
+    return sparse.vstack([model.P[above], -model.P[below]], format="csr"), levels, delta

@@ -1,0 +1,76 @@
+"""How likely the demonstrations are once a reward has been planned with: R → V → f → (3.19)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irl.baselines.differentiable_planning import Maximum, Planner, PNorm
+from irl.baselines.features import Features
+from irl.choices import check_range
+from irl.demonstrations import Demonstrations
+from irl.likelihood import LikelihoodProblem
+from irl.mdp import TransitionModel
+
+
+@dataclass
+class PlannedLikelihood:
+    """The demonstrator acts by π(a | s) ∝ exp(β Q(s, a)), Q = P f being planned for the reward.
+
+    For a p-norm, which wants values from 0, the reward is first shifted by its least entry.
+    One evaluation begins where the last one's planning ended.
+
+    Attributes:
+        problem: the demonstrations, prepared.
+        planner: solves Bellman's equation.
+        beta: inverse temperature β.
+    """
+
+    problem: LikelihoodProblem
+    planner: Planner
+    beta: float
+
+    @classmethod
+    def build(
+        cls,
+        model: TransitionModel,
+        demonstrations: Demonstrations,
+        gamma: float,
+        maximum: Maximum,
+        beta: float,
+    ) -> "PlannedLikelihood":
+        """Prepare.
+
+        Raises:
+            InputError: if there is no demonstration, a pair is infeasible, β is not above 0, or
+                gamma is out of range.
+        """
+        check_range("beta", beta, 0.0, open_low=True)
+        problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+        return cls(problem, Planner(model, gamma, maximum), beta)
+
+    def value_and_gradient(self, reward: np.ndarray) -> tuple[float, np.ndarray]:
+        """Mean log-likelihood (≤ 0) at a reward ``[n_states]``, and its gradient in the reward.
+
+        Raises:
+            InputError: if the reward is not finite.
+        """
+        reward = np.asarray(reward, dtype=np.float64)
+        least = reward.argmin()
+        shifted = isinstance(self.planner.maximum, PNorm)
+        value, g = self.of_values(self.planner.solve(reward - reward[least] * shifted))
+        gradient = self.planner.pull(g)
+        if shifted:
+            gradient[least] -= gradient.sum()
+        return value, gradient
+
+    def in_weights(self, features: Features, weights: np.ndarray) -> tuple[float, np.ndarray]:
+        """The same for R = Φ ω (3.10): the value, and its gradient in ω ``[d]``."""
+        value, gradient = self.value_and_gradient(features @ weights)
+        return value, features.T @ gradient
+
+    def of_values(self, f: np.ndarray) -> tuple[float, np.ndarray]:
+        """Mean log-likelihood at f ``[n_states]``, and its gradient in f, ``[n_states]``."""
+        value, df, _ = self.problem.value_and_gradient(f[self.problem.states], self.beta)
+        g = np.zeros(f.size)
+        g[self.problem.states] = df
+        return value, g

@@ -1,0 +1,73 @@
+"""Planning with a sparse reward: maximum likelihood under the soft-optimal policy, an L1 price.
+
+The demonstrator is taken to choose a in s with probability exp(Q(s, a) − V(s)), where V is the
+log-sum-exp of Q (soft value iteration, discounted; Ziebart 2010, Haarnoja et al. 2017) and the
+reward is measured in units of the demonstrator's temperature. Most tasks pay in few states, so
+Σ |R(s)| has a price: every state that none of the demonstrations needs then pays exactly 0, and
+what few do pay draws the plan towards them from everywhere, demonstrated or not.
+
+The gradient is that of the fixed point itself, by one linear system (see
+``irl.baselines.differentiable_planning``), and the ascent is proximal.
+"""
+
+import numpy as np
+
+from irl.baselines.ascent import Callback, proximal_ascend
+from irl.baselines.differentiable_planning import SoftMax
+from irl.baselines.features import state_features
+from irl.baselines.planned_likelihood import PlannedLikelihood
+from irl.choices import check_range
+from irl.demonstrations import Demonstrations
+from irl.mdp import TransitionModel
+
+
+def sparse_planning(
+    model: TransitionModel,
+    demonstrations: Demonstrations,
+    features: np.ndarray | None = None,
+    *,
+    gamma: float,
+    sparsity: float = 0.05,
+    tolerance: float = 1e-5,
+    max_iterations: int = 300,
+    callback: Callback | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the sparse reward under which soft planning best explains the demonstrations.
+
+    Args:
+        model: the transition model.
+        demonstrations: labelled pairs, in any order.
+        features: Φ of R = Φ ω (3.10), ``[n_states, d]``; one indicator per state if absent.
+        gamma: discount factor in [0, 1).
+        sparsity: price of Σ |ω| as a share of the price above which ω = 0 would be best, from 0,
+            which is free, to 1. Flawless demonstrations have no likeliest ω without a price.
+        tolerance: the ascent ends where a unit step would move no weight by more.
+        max_iterations: the ascent ends after so many evaluations in any case.
+        callback: follows the ascent.
+
+    Returns:
+        R ``[n_states]``, earned on entering a state, in units of the demonstrator's temperature,
+        and ω ``[d]``.
+
+    Raises:
+        InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
+            or the features are not finite or have a wrong shape.
+    """
+    check_range("sparsity", sparsity, 0.0, 1.0)
+    phi = state_features(model, features)
+    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), beta=1.0)
+
+    def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
+        return likelihood.in_weights(phi, weights)
+
+    start = np.zeros(phi.shape[1])
+    l1 = sparsity * np.abs(objective(start)[1]).max()
+    answer = proximal_ascend(
+        objective,
+        start,
+        l1,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        callback=callback,
+    )
+    return phi @ answer.x, answer.x

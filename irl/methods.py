@@ -1,0 +1,312 @@
+"""Every method by its key, called alike: for a new task, one loop tries them all.
+
+    for name in METHODS:
+        learnt = learn(name, model, demonstrations, features, gamma=0.95, rng=rng)
+        policy = Policy.from_q(learnt.q, model.mask)
+
+What the methods make of the same arguments:
+
+=================  ==========================================================  =================
+key                learns                                                      features
+=================  ==========================================================  =================
+fa_mlirl           a VR network f (3.15), likelihood (3.19)                    network's input
+max_ent            a reward per state, maximum causal entropy                  unused
+deep_max_ent       a reward network, maximum causal entropy                    network's input
+bellman_gradient   a reward per state, smoothed Bellman equation               unused
+linear_mlirl       a reward per state, likelihood (3.13) of Boltzmann choices  unused
+lp                 a reward per state, largest margins (3.7)                   unused
+lp_advice          a reward per state, margins and advice (3.9)                unused
+lp_basis           R = Φ ω, largest margins (3.12)                             where Φ has bumps
+birl               a reward per state, mean of its posterior                   unused
+behaviour_cloning  no reward: a softmax of the demonstrated actions            classifier's input
+planning           a sparse reward per state, soft planning                    unused
+=================  ==========================================================  =================
+
+Φ of (3.12) is the option ``basis`` if given, one indicator per state on small tasks, and Gaussian
+bumps over the features on large ones. Action values are optimal for the reward learnt, (3.1)–(3.3).
+Advice enters (3.9) as constraints; the other methods take it afterwards, by UpdateQ of Algorithm
+4.1. Methods that compare whole walks see each run of consecutive steps as one, and no generalised
+pairs.
+
+The linear programs (3.7) and (3.12) ask for the best action of every state, and demonstrations
+tell some. Their margins range over the demonstrated states, and elsewhere a run is taken to end:
+completing the policy by a guess would make the program explain the guess. (3.9) completes it by
+itself.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from irl import method_iterations
+from irl.advice import Advice
+from irl.baselines.behaviour_cloning import behaviour_cloning
+from irl.baselines.bellman_gradient import SHARPNESS, bellman_gradient, smooth_maximum
+from irl.baselines.birl import SamplingConfig, birl
+from irl.baselines.deep_max_ent import deep_max_ent
+from irl.baselines.differentiable_planning import HardMax, SoftMax
+from irl.baselines.linear_mlirl import linear_mlirl
+from irl.baselines.linear_programming import lp
+from irl.baselines.lp_advice import lp_advice
+from irl.baselines.lp_basis import lp_basis
+from irl.baselines.max_ent import max_ent
+from irl.baselines.sparse_planning import sparse_planning
+from irl.bellman import BellmanTerm
+from irl.choices import check_choice
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.likelihood import LikelihoodProblem
+from irl.mdp import TransitionModel
+from irl.method_inputs import gaussian_bumps, inverse_temperature, labelled_policy, required, walks
+from irl.method_iterations import HIDDEN, Iteration, Prepare, planned
+from irl.planning import value_iteration
+from irl.training import TrainingConfig, train
+from irl.vr_function import VRFunction, torch_generator
+
+Found = tuple[np.ndarray | None, np.ndarray | None]  # q or, if it follows from it, the reward
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What every method is given; see ``learn``."""
+
+    model: TransitionModel
+    demonstrations: Demonstrations
+    features: np.ndarray | None
+    gamma: float
+    rng: np.random.Generator
+    advice: Advice | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What a method learnt.
+
+    Attributes:
+        q: action values, float64 ``[n_states, n_actions]``, advice included, −∞ where infeasible
+            or excluded; the policy is their argmax.
+        reward: float64 ``[n_states]``, earned on entering a state; None if none was learnt.
+        seconds: wall time.
+        iterations: evaluations of the objective, or training steps; None for a method that does
+            not count.
+    """
+
+    q: np.ndarray
+    reward: np.ndarray | None
+    seconds: float
+    iterations: int | None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to learn from demonstrations.
+
+    Attributes:
+        fit: from a task and the method's own options to q, or to a reward that q follows from,
+            and the iterations taken.
+        iterate: prepares iterations to be taken one by one; None for a method that has none.
+        takes_advice: whether the method uses the advice itself.
+    """
+
+    fit: Callable[..., tuple[Found, int | None]]
+    iterate: Prepare | None = None
+    takes_advice: bool = False
+
+    def learn(
+        self,
+        model: TransitionModel,
+        demonstrations: Demonstrations,
+        features: np.ndarray | None,
+        *,
+        gamma: float,
+        rng: np.random.Generator,
+        advice: Advice | None = None,
+        **options: Any,
+    ) -> Learnt:
+        """Learn; see the function ``learn``."""
+        task = Task(model, demonstrations, features, gamma, rng, advice)
+        began = time.perf_counter()
+        (q, reward), iterations = self.fit(task, **options)
+        if q is None:
+            assert reward is not None
+            _, q = value_iteration(model, reward, gamma)
+        if advice is not None and not self.takes_advice:
+            q = advice.apply(q, model.mask)
+        return Learnt(q, reward, time.perf_counter() - began, iterations)
+
+    def step(
+        self,
+        model: TransitionModel,
+        demonstrations: Demonstrations,
+        features: np.ndarray | None,
+        gamma: float,
+        rng: np.random.Generator,
+    ) -> Iteration:
+        """Prepare one iteration: an evaluation of the objective, its gradient and a step along it.
+
+        To time it, call the result a few times first: the first call meets a reward of 0.
+
+        Returns:
+            A function without arguments; each call goes one iteration further.
+
+        Raises:
+            InputError: if the method does not iterate, or a demonstration is invalid.
+        """
+        if self.iterate is None:
+            valid = ", ".join(name for name, method in METHODS.items() if method.iterate)
+            raise InputError(f"step: this method does not iterate; those that do: {valid}")
+        return self.iterate(model, demonstrations, features, gamma, rng)
+
+
+def learn(
+    name: str,
+    model: TransitionModel,
+    demonstrations: Demonstrations,
+    features: np.ndarray | None = None,
+    *,
+    gamma: float,
+    rng: np.random.Generator,
+    advice: Advice | None = None,
+    **options: Any,
+) -> Learnt:
+    """Learn by the method of that name.
+
+    Args:
+        name: a key of ``METHODS``.
+        model: the transition model.
+        demonstrations: labelled pairs.
+        features: ``[n_states, d]``, of a size near 1; used as the table above says.
+        gamma: discount factor in [0, 1).
+        rng: the only source of chance.
+        advice: preferred and avoided actions.
+        options: of the method itself, in place of its defaults.
+
+    Raises:
+        InputError: if the name is unknown, features are missing, or an input is invalid.
+    """
+    check_choice("method", name, METHODS)
+    return METHODS[name].learn(
+        model, demonstrations, features, gamma=gamma, rng=rng, advice=advice, **options
+    )
+
+
+def _counted(function: Callable[..., tuple[np.ndarray, Any]], **defaults: Any) -> Callable:
+    """Fit a reward per state by ``function``, which tells a callback of its evaluations."""
+
+    def fit(task: Task, **options: Any) -> tuple[Found, int | None]:
+        count = 0
+
+        def follow(done: int, _: float) -> None:
+            nonlocal count
+            count = done
+
+        reward, _ = function(
+            task.model,
+            task.demonstrations,
+            gamma=task.gamma,
+            callback=follow,
+            **(defaults | options),
+        )
+        return (None, reward), count
+
+    return fit
+
+
+def _fa_mlirl(
+    task: Task,
+    hidden: tuple[int, ...] = HIDDEN,
+    training: TrainingConfig | None = None,
+) -> tuple[Found, int]:
+    model, demonstrations = task.model, task.demonstrations
+    x = required(task.features)
+    network = VRFunction(x.shape[1], hidden, generator=torch_generator(task.rng))
+    if training is None:
+        training = TrainingConfig(beta=inverse_temperature(demonstrations))
+    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+    bellman = None
+    if training.bellman_weight > 0:
+        bellman = BellmanTerm(
+            model, task.gamma, batch=training.bellman_batch, delta=training.bellman_delta
+        )
+    run = train(network, problem, x, training, task.rng, bellman=bellman)
+    f = network.values(x)
+    q = model.q_values(f)
+    V = np.where(model.mask.any(axis=1), q.max(axis=1), 0.0)
+    return (q, f - task.gamma * V), run.log_likelihood.size  # R by (3.18)
+
+
+def _max_ent(task: Task, **options: Any) -> tuple[Found, None]:
+    reward, _ = max_ent(task.model, walks(task.demonstrations), **options)
+    return (None, reward), None
+
+
+def _deep_max_ent(task: Task, iterations: int = 300, **options: Any) -> tuple[Found, int]:
+    reward, _ = deep_max_ent(
+        task.model,
+        walks(task.demonstrations),
+        required(task.features),
+        rng=task.rng,
+        iterations=iterations,
+        **options,
+    )
+    return (None, reward), iterations
+
+
+def _lp(task: Task, slack: float = 0.01, **options: Any) -> tuple[Found, None]:
+    policy = labelled_policy(task.model, task.demonstrations)
+    return (None, lp(task.model, policy, task.gamma, slack=slack, **options)), None
+
+
+def _lp_advice(task: Task, **options: Any) -> tuple[Found, None]:
+    advice = task.advice or Advice.none(task.model.n_states, task.model.n_actions)
+    reward = lp_advice(task.model, task.demonstrations, advice, gamma=task.gamma, **options)
+    return (None, reward), None
+
+
+def _lp_basis(
+    task: Task, basis: np.ndarray | None = None, bumps: int = 256, **options: Any
+) -> tuple[Found, None]:
+    policy = labelled_policy(task.model, task.demonstrations)
+    if basis is None and task.model.n_states > bumps:
+        basis = gaussian_bumps(required(task.features), bumps, task.rng)
+    reward, _ = lp_basis(task.model, policy, basis, gamma=task.gamma, **options)
+    return (None, reward), None
+
+
+def _birl(task: Task, sampling: SamplingConfig | None = None, **options: Any) -> tuple[Found, int]:
+    sampling = sampling or SamplingConfig()
+    posterior = birl(
+        task.model,
+        task.demonstrations,
+        gamma=task.gamma,
+        rng=task.rng,
+        config=sampling,
+        **options,
+    )
+    proposals = sampling.chains * (sampling.burn_in + sampling.samples * sampling.thin)
+    return (None, posterior.reward), proposals
+
+
+def _behaviour_cloning(task: Task, **options: Any) -> tuple[Found, None]:
+    log_pi, _ = behaviour_cloning(task.model, task.demonstrations, task.features, **options)
+    return (log_pi, None), None
+
+
+METHODS: Mapping[str, Method] = {
+    "fa_mlirl": Method(_fa_mlirl, method_iterations.fa_mlirl),
+    "max_ent": Method(_max_ent, method_iterations.max_ent),
+    "deep_max_ent": Method(_deep_max_ent, method_iterations.deep_max_ent),
+    "bellman_gradient": Method(
+        _counted(bellman_gradient), planned(smooth_maximum("soft", SHARPNESS))
+    ),
+    "linear_mlirl": Method(_counted(linear_mlirl), planned(HardMax())),
+    "lp": Method(_lp),
+    "lp_advice": Method(_lp_advice, takes_advice=True),
+    "lp_basis": Method(_lp_basis),
+    "birl": Method(_birl, method_iterations.birl),
+    "behaviour_cloning": Method(_behaviour_cloning, method_iterations.behaviour_cloning),
+    "planning": Method(_counted(sparse_planning), planned(SoftMax())),
+}

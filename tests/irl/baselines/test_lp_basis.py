@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+
+from irl.baselines.lp_basis import entry_values, lp_basis
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.planning import transition_matrix, value_iteration
+
+GAMMA = 0.9
+
+
+def objective(model, policy, features, weights, states):
+    """(3.12) as it is written, state by state, action by action, for each column of weights."""
+    P_pi = transition_matrix(model, policy).toarray()
+    f = np.linalg.solve(np.eye(model.n_states) - GAMMA * P_pi, features @ weights)
+    total = 0.0
+    for s in states:
+        rows = [model.pair_index(s, a) for a in model.actions_of(s) if a != policy[s]]
+        if rows:
+            lead = P_pi[s] @ f - model.P[rows] @ f
+            total = total + np.where(lead >= 0, lead, 2 * lead).min(axis=0)
+    return total
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_weights_do_better(random_model, seed):
+    rng = np.random.default_rng(seed)
+    model = random_model(rng, n_states=12, n_actions=3)
+    policy = np.array([rng.choice(model.actions_of(s)) for s in range(11)] + [-1])
+    features, states = rng.normal(size=(12, 2)), rng.choice(11, 6, replace=False)
+    R, weights = lp_basis(model, policy, features, gamma=GAMMA, states=states)
+    np.testing.assert_allclose(R, features @ weights)
+    assert np.abs(weights).max() <= 1 + 1e-9
+    reached = objective(model, policy, features, weights, states)
+    steps = np.linspace(-1, 1, 41)
+    scan = np.stack(np.meshgrid(steps, steps)).reshape(2, -1)
+    others = objective(model, policy, features, scan, states)
+    assert reached - 0.1 * abs(reached) <= others.max() <= reached + 1e-9
+
+
+def test_values_follow_from_the_features(stochastic):
+    rng = np.random.default_rng(0)
+    policy = np.array([stochastic.actions_of(s)[0] for s in range(11)] + [-1])
+    P, phi = transition_matrix(stochastic, policy), rng.normal(size=(12, 3))
+    f = entry_values(P, phi, GAMMA)
+    np.testing.assert_allclose(f, phi + GAMMA * (P @ f))
+
+
+def test_a_violation_counts_twice():
+    # 0 and 1 enter the same ends, 2 and 3; the policy prefers 2 in both, or in one only.
+    ends = TransitionModel.from_entries(
+        4, 2, np.repeat([0, 1], 2), np.tile([0, 1], 2), np.tile([2, 3], 2), np.ones(4)
+    )
+    phi = np.array([[0.0], [0.0], [1.0], [0.0]])
+    _, weights = lp_basis(ends, np.array([0, 0, -1, -1]), phi, gamma=GAMMA)
+    np.testing.assert_allclose(weights, [1.0])
+    # One gains what the other loses, and losses weigh more: best no reward at all.
+    _, weights = lp_basis(ends, np.array([0, 1, -1, -1]), phi, gamma=GAMMA)
+    np.testing.assert_allclose(weights, [0.0], atol=1e-9)
+    _, weights = lp_basis(ends, np.array([0, 1, -1, -1]), phi, gamma=GAMMA, states=np.array([1]))
+    np.testing.assert_allclose(weights, [-1.0])
+
+
+@pytest.mark.parametrize("grid", [5, 15], indirect=True)
+def test_recovers_the_grid(grid, strict_policy, share_of_optimum):
+    blocks = grid.cells[:, None] * 5 // grid.n == np.indices((5, 5)).reshape(2, -1).T
+    goal = np.eye(grid.n_states)[:, [grid.goal_state]]
+    features = np.hstack([goal, grid.features, blocks.all(axis=2)])
+    R, _ = lp_basis(grid.model, strict_policy, features, gamma=GAMMA)
+    _, Q = value_iteration(grid.model, R, GAMMA)
+    assert share_of_optimum(Q.argmax(axis=1)).min() >= 0.99
+
+
+def test_bad_arguments_are_named(chain):
+    policy = np.array([1, 1, 1, -1])
+    with pytest.raises(InputError, match="gamma"):
+        lp_basis(chain, policy, gamma=1.0)
+    with pytest.raises(InputError, match="not feasible"):
+        lp_basis(chain, np.zeros(4, dtype=int), gamma=GAMMA)
+    with pytest.raises(InputError, match="features"):
+        lp_basis(chain, policy, np.zeros((3, 2)), gamma=GAMMA)

@@ -1,0 +1,175 @@
+import numpy as np
+import pytest
+
+from irl.advice import Advice
+from irl.baselines.birl import SamplingConfig
+from irl.demonstrations import Demonstrations
+from irl.domains.gridworld import GridWorld, goal_cell
+from irl.errors import InputError
+from irl.methods import METHODS, learn
+from irl.planning import transition_matrix, value_iteration
+from irl.training import TrainingConfig
+
+GAMMA = 0.9
+KEYS = {
+    "fa_mlirl",
+    "max_ent",
+    "deep_max_ent",
+    "bellman_gradient",
+    "linear_mlirl",
+    "lp",
+    "lp_advice",
+    "lp_basis",
+    "birl",
+    "behaviour_cloning",
+    "planning",
+}
+QUICK = {
+    "bellman_gradient": {"max_iterations": 20},
+    "linear_mlirl": {"max_iterations": 20},
+    "deep_max_ent": {"iterations": 100},
+    "birl": {"sampling": SamplingConfig(chains=2, burn_in=100, samples=50, thin=2)},
+}
+
+
+class World:
+    """A grid whose centre pays 1 whenever it is entered, and a walk from each corner."""
+
+    def __init__(self, n: int) -> None:
+        self.grid = GridWorld(n, goal_cell(n, "centre"))
+        self.model = self.grid.model
+        self.reward = np.eye(self.grid.n_states)[self.grid.goal_state]
+        self.V, self.Q = value_iteration(self.model, self.reward, GAMMA)
+        self.walks = Demonstrations.concatenate(
+            [
+                Demonstrations.from_pairs(walk, trajectory=k)
+                for k, walk in enumerate(self.grid.trajectories("diagonal"))
+            ]
+        )
+
+    def demonstrations(self, name: str) -> Demonstrations:
+        """Four walks suffice, except for a posterior mean over 225 rewards."""
+        if name != "birl" or self.grid.n == 5:
+            return self.walks
+        rng, after, pairs = np.random.default_rng(0), self.model.P.indices, []
+        for cell in range(self.grid.n_states):
+            state = cell
+            while state != self.grid.goal_state:
+                best = np.flatnonzero(self.Q[state] > self.Q[state].max() - 1e-9)
+                pairs.append((state, int(rng.choice(best))))
+                state = int(after[self.model.pair_index(*pairs[-1])])
+        return Demonstrations.from_pairs(pairs)
+
+    def options(self, name: str) -> dict:
+        """What a method needs besides: (3.9) lives on advice, (3.12) on its basis functions."""
+        if name == "lp_advice":
+            worse = self.model.mask & (self.Q.max(axis=1, keepdims=True) - 1e-9 > self.Q)
+            return {"advice": Advice(np.zeros_like(worse), worse), "hardness": 0.01}
+        if name == "lp_basis":
+            return {"basis": np.hstack([self.reward[:, None], self.grid.features])}
+        return QUICK.get(name, {})
+
+    def value_share(self, q: np.ndarray) -> float:
+        """What the policy earns under the hidden reward, over the optimum, from every cell."""
+        P = transition_matrix(self.model, q.argmax(axis=1)).toarray()
+        earned = np.linalg.solve(np.eye(len(P)) - GAMMA * P, P @ self.reward)
+        return earned.sum() / self.V.sum()
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    return {n: World(n) for n in (5, 15)}
+
+
+def test_every_key_of_the_design_is_there():
+    assert set(METHODS) == KEYS
+
+
+@pytest.mark.parametrize("n", [5, 15])
+@pytest.mark.parametrize("name", sorted(KEYS))
+def test_every_method_recovers_the_grid(worlds, name, n):
+    world = worlds[n]
+    learnt = learn(
+        name,
+        world.model,
+        world.demonstrations(name),
+        world.grid.features,
+        gamma=GAMMA,
+        rng=np.random.default_rng(0),
+        **world.options(name),
+    )
+    assert learnt.q.dtype == np.float64
+    np.testing.assert_array_equal(np.isfinite(learnt.q), world.model.mask)
+    assert (learnt.reward is None) == (name == "behaviour_cloning")
+    assert learnt.seconds > 0
+    assert learnt.iterations is None or learnt.iterations > 0
+    assert world.value_share(learnt.q) >= 0.99
+
+
+@pytest.mark.parametrize("name", ["fa_mlirl", "deep_max_ent", "birl"])
+def test_same_seed_same_values(worlds, name):
+    world = worlds[5]
+    quick = QUICK | {
+        "fa_mlirl": {"training": TrainingConfig(iterations=50)},
+        "birl": {"sampling": SamplingConfig(chains=2, burn_in=20, samples=10, thin=1)},
+    }
+    a, b = (
+        learn(
+            name,
+            world.model,
+            world.walks,
+            world.grid.features,
+            gamma=GAMMA,
+            rng=np.random.default_rng(3),
+            **quick.get(name, {}),
+        ).q
+        for _ in range(2)
+    )
+    np.testing.assert_array_equal(a, b)
+
+
+def test_advice_is_heeded_afterwards(worlds):
+    world = worlds[5]
+    best = int(world.Q[0].argmax())
+    advice = Advice.none(world.grid.n_states, 4).add([0], [], [best])
+    arguments = (world.model, world.walks, world.grid.features)
+    learnt = learn("planning", *arguments, gamma=GAMMA, rng=np.random.default_rng(0), advice=advice)
+    assert learnt.q[0, best] == -np.inf
+    assert learnt.q[0].argmax() != best
+
+
+@pytest.mark.parametrize(
+    "name", sorted(name for name, method in METHODS.items() if method.iterate is not None)
+)
+def test_iterations_can_be_taken_one_by_one(worlds, name):
+    world = worlds[5]
+    step = METHODS[name].step(
+        world.model, world.walks, world.grid.features, GAMMA, np.random.default_rng(0)
+    )
+    for _ in range(3):
+        step()
+
+
+def test_linear_programs_have_no_iterations(worlds):
+    world = worlds[5]
+    with pytest.raises(InputError, match=r"does not iterate.*planning"):
+        METHODS["lp"].step(world.model, world.walks, None, GAMMA, np.random.default_rng(0))
+
+
+def test_bad_arguments_are_named(worlds):
+    world = worlds[5]
+    rng = np.random.default_rng(0)
+    with pytest.raises(InputError, match=r"method.*planning"):
+        learn("magic", world.model, world.walks, gamma=GAMMA, rng=rng)
+    with pytest.raises(InputError, match="features"):
+        learn("fa_mlirl", world.model, world.walks, gamma=GAMMA, rng=rng)
+    for name in KEYS - {"lp_advice"}:
+        with pytest.raises(InputError, match="at least one"):
+            learn(
+                name,
+                world.model,
+                Demonstrations.empty(),
+                world.grid.features,
+                gamma=GAMMA,
+                rng=rng,
+            )

@@ -14,32 +14,105 @@ import matplotlib.pyplot as plt
 import numpy as np
 from tqdm import tqdm
 
+from experiments import gen3_lite_map, workspace_run
 from experiments.command import Output, execute
 from experiments.robot_data import FEASIBILITY, MAP, save_feasibility
-from models import feasibility, reachability
+from experiments.workspace_plots import plot_slices, write_scene
+from irl.choices import check_choice, check_range
+from models import feasibility, reachability, workspace_audit
 from models.feasibility import Feasibility
-from models.gripper_poses import Layer
+from models.gripper_poses import Layer, gripper_pose
+from models.inverse_kinematics import IkSolution, solve
+from models.kinematics import MARGIN, PlanningScene
 from models.reachability import ReachabilityMap
 from models.reachability_csv import write_map
 from models.task.spaces import GRIPPER_NAMES, POSITIONS
+from models.workspace import FAILURES, Grid
 
 
 @dataclass(frozen=True)
 class Config:
     """Build the reachability map and plan every action at the cells' middles."""
 
-    robot: Literal["gen3"] = "gen3"
-    """Which arm."""
-    grid: Literal["thesis"] = "thesis"
-    """Which poses: the task's own, with those that its motions need."""
+    robot: Literal["gen3", "gen3_lite"] = "gen3"
+    """Which arm; the Gen3 Lite has the thesis' grid only."""
+    grid: Literal["thesis", "workspace"] = "thesis"
+    """Which poses: the task's own, with those that its motions need; or voxels all around."""
+    low: tuple[float, float, float] = Grid.low
+    """Workspace: centre of the first voxel (x, y, z) [m]."""
+    high: tuple[float, float, float] = Grid.high
+    """Workspace: centre of the last voxel [m]."""
+    spacing: float = Grid.spacing
+    """Workspace: edge of a voxel [m]."""
+    margin: float = MARGIN
+    """Workspace: smallest allowed distance [m]."""
+    workers: int = 1
+    """Workspace: processes; the map is the same whatever their number."""
+    audit: int = 0
+    """Workspace: random poses to check the map with, by Drake alone; 0 leaves the audit out."""
     seed: int = 0
-    """Of the random starting points of inverse kinematics."""
+    """Of the random starting points of inverse kinematics, and of the audit."""
     out: Path = Path("out/reachability")
     """Folder of the results."""
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Solve the poses, plan the actions, count."""
+    if config.robot == "gen3_lite":
+        check_choice("grid", config.grid, ("thesis",))
+        return gen3_lite_map.run(config.seed, output)
+    return workspace(config, output) if config.grid == "workspace" else thesis(config, output)
+
+
+def workspace(config: Config, output: Output) -> dict[str, Any]:
+    """Decide every pose of the grid, draw the map, and audit it if wanted."""
+    check_range("workers", config.workers, 1)
+    check_range("audit", config.audit, 0)
+    check_range("margin", config.margin, 0.0, 0.02)
+    plan = workspace_run.Plan(Grid(config.low, config.high, config.spacing), config.margin)
+    chunks = output.folder / "chunks"
+    began = perf_counter()
+    the_map, seconds = workspace_run.compute(plan, chunks, config.workers)
+    wall = perf_counter() - began
+    with output.file(workspace_run.FILE) as path:
+        workspace_run.write_map(the_map, config.margin, path)
+    workspace_run.discard(chunks)
+    with output.file("workspace.png") as path:
+        plot_slices(the_map, path)
+    with output.file("workspace.html") as path:
+        write_scene(the_map, path)
+
+    reason = the_map.decisions.reason
+    by_orientation = the_map.reachable.sum(axis=(0, 1, 2))
+    failures = {str(f): int((reason == i).sum()) for i, f in enumerate(FAILURES, start=1)}
+    result: dict[str, Any] = {
+        "reachable": int(the_map.reachable.sum()),
+        "total": plan.grid.total,
+        "voxels": int(np.prod(plan.grid.shape)),
+        "voxels_reached": int((the_map.share > 0.0).sum()),
+        "by_orientation": dict(zip(GRIPPER_NAMES, by_orientation.tolist(), strict=True)),
+        "failures": failures,
+        "solves_per_s": plan.grid.total / seconds,
+        "worker_s": seconds,
+        "wall_s": wall,
+    }
+    print(f"{result['reachable']:,} of {result['total']:,} poses reachable")
+    for name, number in failures.items():
+        print(f"{number:9,} {name}")
+    if config.audit:
+        with tqdm(desc="audit", unit="pose") as bar:
+            rng = np.random.default_rng(config.seed)
+            audit = workspace_audit.audit(the_map, config.audit, rng, config.margin, bar.update)
+        result["audit"] = {**vars(audit), "false_negative_rate": audit.false_negative_rate}
+        print(
+            f"audit: {audit.rejected} of {audit.positives:,} positives rejected; "
+            f"{audit.missed} of {audit.negatives} negatives in {audit.sample} poses reached"
+        )
+    return result
+
+
+def thesis(config: Config, output: Output) -> dict[str, Any]:
+    """Build the task's own map and plan every action at the cells' middles."""
     started = perf_counter()
     with tqdm(desc="poses", unit="orientation") as bar:
         the_map = reachability.build(config.seed, _on(bar))
@@ -59,11 +132,13 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     }
     for name, values in layers.items():
         print(f"{name:>6}: {sum(values)} of {len(values)} poses reachable")
+    scene = PlanningScene(carrying=True)
     for entry in the_map.entries:
         if entry.layer == Layer.CELL and not entry.value:
-            why = (
-                entry.failure if entry.clearance is None else f"{entry.failure}, {entry.clearance}"
-            )
+            why = IkSolution(None, entry.clearance, entry.failure, entry.attempts).reason()
+            if entry.clearance is None:
+                X_WG = gripper_pose(entry.p_WG, entry.gripper)
+                why += f"; in closed form: {solve(scene, X_WG).reason()}"
             print(f"    {entry.p_WG.tolist()} by {GRIPPER_NAMES[entry.gripper]}: {why}")
     return {
         "reachable": sum(layers["cell"]),

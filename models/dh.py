@@ -60,7 +60,8 @@ GEN3 = DHChain(
 GEN3_LITE = DHChain(
     name="gen3_lite",
     a=np.array([0.0, 0.28, 0.0, 0.0, 0.0, 0.0]),
-    b=np.array([0.2433, 0.03, 0.02, 0.245, 0.057, 0.235]),
+    # Table A.1 prints 0.2433, the vendor's 243.25 mm rounded.
+    b=np.array([0.24325, 0.03, 0.02, 0.245, 0.057, 0.235]),
     alpha=np.radians([90.0, 180, 90, 90, 90, 0]),
     theta_offset=np.radians([0.0, 90, 90, 90, 180, 90]),
     lower=np.radians([-154.0, -150, -150, -149, -145, -149]),

@@ -1,62 +1,56 @@
 """Inverse kinematics: joint angles for a gripper pose that keep clear of everything.
 
-Newton's method follows the pose from a nearby posture; where that fails, Drake's optimiser
-looks further. Both only propose: forward kinematics, joint limits and the distance query of
-the `PlanningScene`, evaluated afresh, decide.
+The Gen3 has a closed form (`gen3_ik`) with the third joint as redundancy parameter: sweeping it
+gives all families of postures, of which the nearest free one is refined. Any other arm, and
+constraints of the user's own, go to Drake's optimiser (`optimised_ik`). Both only propose:
+forward kinematics, joint limits and the distance query of the `PlanningScene` decide.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from enum import StrEnum
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from pydrake.math import RigidTransform
-from pydrake.multibody.inverse_kinematics import InverseKinematics
-from pydrake.solvers import SnoptSolver, SolverOptions
 
+from models import gen3_ik
+from models.capsules import FURNITURE, SELF, Capsules, capsules_of, verdicts
+from models.ik_solution import (
+    ANGLE_TOLERANCE,
+    POSITION_TOLERANCE,
+    Failure,
+    IkSolution,
+    collision_failure,
+    reaches,
+)
 from models.kinematics import HOME, MARGIN, Clearance, PlanningScene
+from models.optimised_ik import LIMIT_MARGIN, Constrain, follow, search
+from models.scene import ARM
 
-POSITION_TOLERANCE = 1e-5
-"""Largest position error of an answer [m]."""
-ANGLE_TOLERANCE = 1e-5
-"""Largest rotation error of an answer [rad]."""
-LIMIT_MARGIN = 0.05
-"""Distance that answers keep from the joint limits, for the controller's sake [rad]."""
+__all__ = [
+    "ANGLE_TOLERANCE",
+    "LIMIT_MARGIN",
+    "POSITION_TOLERANCE",
+    "Failure",
+    "IkSolution",
+    "follow",
+    "reaches",
+    "search",
+    "solve",
+    "solve_batch",
+]
 
-_DIFFERENT = 0.1  # distance of two answers that count as two [rad]
-_ITERATIONS, _STEP, _DAMPING = 30, 0.3, 1e-4  # of Newton's method; [rad] and [(m, rad)²]
-# Points fixed in G whose coincidence with their targets fixes the whole pose; well apart, so
-# that the optimiser's feasibility tolerance bounds the angle as tightly as the position.
-_LANDMARKS = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0]])
-_OPTIONS = SolverOptions()
-_OPTIONS.SetOption(SnoptSolver.id(), "Major feasibility tolerance", 1e-8)
-_OPTIONS.SetOption(SnoptSolver.id(), "Major iterations limit", 200)
+LIMIT_ZONE = 0.2
+"""Distance from a joint limit within which a posture counts as worse [rad]."""
+LIMIT_WEIGHT = 1.0
+"""By how much worse at the limit itself [rad]; it falls off quadratically through the zone."""
 
-
-class Failure(StrEnum):
-    """Why no configuration is returned; only `BLOCKED` proves that none exists."""
-
-    NOT_FOUND = "not found"
-    COLLISION = "collision"
-    BLOCKED = "hand blocked"
-    """The hand itself, placed at the pose, is too near to the furniture or the cube."""
-
-
-@dataclass(frozen=True)
-class IkSolution:
-    """The answer to one inverse-kinematics question.
-
-    Attributes:
-        q: joint angles ``[7]`` [rad], None if there is no answer.
-        clearance: clearance of ``q``, or of the best rejected candidate.
-        failure: None on success.
-        attempts: starting points tried.
-    """
-
-    q: np.ndarray | None
-    clearance: Clearance | None
-    failure: Failure | None
-    attempts: int
+# Half the width of a sweep of q3 about the seed's, and its values. No answer beyond the first is
+# nearer than its width; the last is for poses of which the second leaves none free.
+_SWEEPS = ((0.3, 13), (np.pi, 65), (np.pi, 257))
+_ROUNDS, _SHRINK = 3, 4  # of the search about the best, each in an interval so much smaller
+_BLOCK = 16  # postures that the capsules sort out at a time
+_QUERIES = 60  # exact distance queries in one sweep before it is given up
 
 
 def solve(
@@ -66,149 +60,189 @@ def solve(
     seed: np.ndarray = HOME,
     margin: float = MARGIN,
     attempts: int = 20,
-    candidates: int = 1,
     rng: np.random.Generator | None = None,
+    constrain: Constrain | None = None,
 ) -> IkSolution:
-    """Find joint angles that reach ``X_WG`` with every distance above ``margin``.
+    """Find the joint angles nearest to ``seed`` that reach ``X_WG`` clear of everything.
 
-    Endless joints are wound to within half a turn of ``seed``.
+    Endless joints are wound to within half a turn of ``seed``. *Nearest* is by `posture_cost`:
+    the distance in joint space, and a penalty near the limits.
 
     Args:
         scene: the robot and what to keep clear of.
         X_WG: wanted pose of the tool centre point.
-        seed: ``[7]`` [rad]; the answer is drawn towards it.
+        seed: ``[7]`` [rad].
         margin: smallest allowed distance [m].
-        attempts: starting points; the first is ``seed``, the others need ``rng``.
-        candidates: different answers to gather, of which the nearest to ``seed`` counts.
-        rng: source of the further starting points; None tries ``seed`` only.
+        attempts: starting points of the optimiser, where the closed form does not apply.
+        rng: source of the optimiser's starting points; None draws the same ones every time.
+        constrain: adds constraints to the optimisation, which is used then for any arm.
+
+    Returns:
+        The answer, or the reason why there is none.
     """
-    return solve_all(
+    arm = closed_form(scene) if constrain is None else None
+    if arm is not None:
+        return arm.solve(scene, X_WG, np.asarray(seed, dtype=float), margin)
+    return search(
         scene,
         X_WG,
         seed=seed,
         margin=margin,
         attempts=attempts,
-        candidates=candidates,
-        rng=rng,
+        candidates=1,
+        rng=rng or np.random.default_rng(0),
+        constrain=constrain,
     )[0]
 
 
-def solve_all(
+def solve_batch(
     scene: PlanningScene,
-    X_WG: RigidTransform,
+    poses: Iterable[RigidTransform],
     *,
-    seed: np.ndarray,
-    attempts: int,
-    candidates: int,
-    rng: np.random.Generator | None,
+    seed: np.ndarray = HOME,
     margin: float = MARGIN,
 ) -> list[IkSolution]:
-    """Find up to ``candidates`` different answers, as `solve` does.
+    """`solve` for many poses, each from the same ``seed``."""
+    return [solve(scene, X_WG, seed=seed, margin=margin) for X_WG in poses]
 
-    Returns:
-        The answers, nearest to ``seed`` first; or one failure.
+
+def posture_cost(scene: PlanningScene, q: np.ndarray, seed: np.ndarray) -> np.ndarray:
+    """How far postures ``q [..., 7]`` are from ``seed``, and how near to their limits [rad]."""
+    room = np.minimum(q - scene.lower, scene.upper - q)
+    short = np.clip(1.0 - room / LIMIT_ZONE, 0.0, None)
+    return np.linalg.norm(q - seed, axis=-1) + LIMIT_WEIGHT * (short**2).sum(axis=-1)
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """The Gen3's closed form in a scene.
+
+    Attributes:
+        X_BW: the world in the arm's base.
+        X_GE: the end effector in the gripper frame.
+        capsules: what collides for certain; neither fingers nor cube matter to that.
     """
-    found: list[IkSolution] = []
-    best: Clearance | None = None
-    starts = attempts if rng is not None else 1
-    attempt = 0
-    while attempt < starts and len(found) < candidates:
-        start = None
-        if attempt and rng is not None:
-            start = seed + rng.normal(0.0, min(0.3 * attempt, 1.5), 7)
-        attempt += 1
-        for q in _proposals(scene, X_WG, seed, start, margin):
-            clearance = scene.clearance(q)
-            if clearance.distance > margin:
-                if all(np.linalg.norm(q - other.q) > _DIFFERENT for other in found):
-                    found.append(IkSolution(q, clearance, None, attempt))
-                break
-            if best is None or clearance.distance > best.distance:
-                best = clearance
-            if scene.hand_is_blocked(q, margin):
-                return [IkSolution(None, clearance, Failure.BLOCKED, attempt)]
-    if not found:
-        failure = Failure.NOT_FOUND if best is None else Failure.COLLISION
-        return [IkSolution(None, best, failure, attempt)]
-    return sorted(found, key=lambda answer: float(np.linalg.norm(answer.q - seed)))
+
+    X_BW: RigidTransform
+    X_GE: RigidTransform
+    capsules: Capsules
+
+    def end_effector(self, X_WG: RigidTransform) -> tuple[np.ndarray, np.ndarray]:
+        """R_BE ``[3, 3]`` and p_BE ``[3]`` [m] of a pose of the tool centre point."""
+        X_BE = self.X_BW @ X_WG @ self.X_GE
+        return X_BE.rotation().matrix(), X_BE.translation()
+
+    def solve(
+        self, scene: PlanningScene, X_WG: RigidTransform, seed: np.ndarray, margin: float
+    ) -> IkSolution:
+        """`solve` by sweeping q3 from ``seed`` all around, then about the best answer."""
+        R, p = self.end_effector(X_WG)
+        if not gen3_ik.wrist_in_reach(R, p):
+            return IkSolution(None, None, Failure.OUT_OF_REACH, 0)
+        best: Clearance | None = None
+        for width, count in _SWEEPS:
+            grid = seed[2] + np.linspace(-width, width, count)
+            q, best, blocked = self._first_free(scene, R, p, X_WG, grid, seed, margin, np.inf)
+            if blocked:
+                return IkSolution(None, best, Failure.BLOCKED, count)
+            if q is not None and (width == np.pi or posture_cost(scene, q, seed) <= width):
+                step = 2.0 * width / (count - 1)
+                q = self._refined(scene, R, p, X_WG, q, step, seed, margin)
+                return IkSolution(q, scene.clearance(q, max(0.05, 2.0 * margin)), None, count)
+        if best is not None:
+            return IkSolution(None, best, collision_failure(best), count)
+        met = gen3_ik.solve_first(R[None], p[None], grid)[1][0]
+        failure = {
+            gen3_ik.MET: Failure.SOLVER,
+            gen3_ik.BEYOND_LIMITS: Failure.JOINT_LIMIT,
+        }.get(met, Failure.NOT_FOUND)
+        return IkSolution(None, None, failure, count)
+
+    def _refined(
+        self,
+        scene: PlanningScene,
+        R: np.ndarray,
+        p: np.ndarray,
+        X_WG: RigidTransform,
+        q: np.ndarray,
+        width: float,
+        seed: np.ndarray,
+        margin: float,
+    ) -> np.ndarray:
+        """Lower the cost of an answer by finer and finer sweeps about its q3."""
+        for _ in range(_ROUNDS):
+            grid = q[2] + width * np.linspace(-1.0, 1.0, 2 * _SHRINK + 1)
+            cost = float(posture_cost(scene, q, seed))
+            better, _, _ = self._first_free(scene, R, p, X_WG, grid, seed, margin, cost - 1e-9)
+            q = q if better is None else better
+            width /= _SHRINK
+        return q
+
+    def _first_free(
+        self,
+        scene: PlanningScene,
+        R: np.ndarray,
+        p: np.ndarray,
+        X_WG: RigidTransform,
+        q3: np.ndarray,
+        seed: np.ndarray,
+        margin: float,
+        below: float,
+    ) -> tuple[np.ndarray | None, Clearance | None, bool]:
+        """The cheapest free answer for any of ``q3``, if it costs less than ``below``.
+
+        Returns:
+            The answer; else None, the largest clearance of those refused, and whether the hand
+            itself is in the way, so that there cannot be any.
+        """
+        q = gen3_ik.solve_batch(R[None], p[None], q3).reshape(-1, 7)
+        q = scene.wind(q[~np.isnan(q[:, 0])], seed)
+        cost = posture_cost(scene, q, seed)
+        order = np.argsort(cost, kind="stable")
+        order = order[cost[order] < below]
+        best: Clearance | None = None
+        queries = 0
+        for block in (order[i : i + _BLOCK] for i in range(0, len(order), _BLOCK)):
+            judged = verdicts(self.capsules, q[block], margin)
+            for i, verdict in zip(block, judged, strict=True):
+                # The first is looked at in any case, for the hand's sake and for the report's.
+                if (verdict in (SELF, FURNITURE) and queries) or queries == _QUERIES:
+                    continue
+                if not reaches(scene, q[i], X_WG):
+                    continue
+                queries += 1
+                clearance = scene.clearance(q[i], margin + 1e-3)
+                if clearance.distance > margin:
+                    return q[i], None, False
+                if best is None and scene.hand_is_blocked(q[i], margin):
+                    return None, clearance, True
+                if best is None or clearance.distance > best.distance:
+                    best = clearance
+        return None, best, False
 
 
-def _proposals(
-    scene: PlanningScene,
-    X_WG: RigidTransform,
-    seed: np.ndarray,
-    start: np.ndarray | None,
-    margin: float,
-) -> Iterator[np.ndarray]:
-    """Joint angles that reach the pose within the limits, the cheapest to find first.
-
-    Newton's method starts at ``seed`` alone, for it lacks the optimiser's pull towards it.
-    """
-    if start is None:
-        start = seed
-        q = follow(scene, X_WG, seed)
-        if q is not None:
-            yield scene.wind(q, seed)
-    q = _optimise(scene, X_WG, start, seed, None)
-    if q is not None:
-        yield scene.wind(q, seed)
-        # The distance constraint costs ten times the rest.
-        q = _optimise(scene, X_WG, q, seed, margin)
-        if q is not None:
-            yield scene.wind(q, seed)
+_KNOWN: "WeakKeyDictionary[PlanningScene, ClosedForm | None]" = WeakKeyDictionary()
 
 
-def follow(scene: PlanningScene, X_WG: RigidTransform, start: np.ndarray) -> np.ndarray | None:
-    """Newton's method with damped least steps from ``start [7]`` [rad].
-
-    Returns:
-        Joint angles ``[7]`` [rad] near ``start``, or None if it does not converge within the
-        limits. Distances are not looked at.
-    """
-    lower, upper = scene.lower + LIMIT_MARGIN, scene.upper - LIMIT_MARGIN
-    R_WG, p_WG = X_WG.rotation().matrix(), X_WG.translation()
-    q = np.clip(start, lower, upper)
-    for _ in range(_ITERATIONS):
-        X = scene.forward(q)
-        # Half the sum of the axes' cross products: the rotation vector, to first order.
-        turn = 0.5 * np.cross(X.rotation().matrix().T, R_WG.T).sum(axis=0)
-        twist = np.concatenate([turn, p_WG - X.translation()])
-        if np.abs(twist).max() < 0.1 * POSITION_TOLERANCE:
-            break
-        J = scene.jacobian(q)
-        damping = _DAMPING * float(twist @ twist) + 1e-12
-        step = J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), twist)
-        q = np.clip(q + step * min(1.0, _STEP / np.abs(step).max()), lower, upper)
-    return q if reaches(scene, q, X_WG) else None
+def closed_form(scene: PlanningScene) -> ClosedForm | None:
+    """The closed form in a scene, None if its arm is not the Gen3."""
+    if scene not in _KNOWN:
+        _KNOWN[scene] = _recognise(scene)
+    return _KNOWN[scene]
 
 
-def _optimise(
-    scene: PlanningScene,
-    X_WG: RigidTransform,
-    start: np.ndarray,
-    seed: np.ndarray,
-    margin: float | None,
-) -> np.ndarray | None:
-    """Run SNOPT from ``start`` for the answer nearest to ``seed``; None if it misses the pose."""
-    ik = InverseKinematics(scene.plant, scene.context)
-    world, tcp = scene.plant.world_frame(), scene.plant.GetFrameByName("tcp")
-    for p_GL in _LANDMARKS:
-        p_WL = X_WG @ p_GL
-        ik.AddPositionConstraint(tcp, p_GL, world, p_WL, p_WL)
-    if margin is not None:
-        ik.AddMinimumDistanceLowerBoundConstraint(margin + 1e-4, 0.03)
-    program, variables = ik.prog(), ik.q()[scene.arm_index]
-    lower, upper = scene.lower + LIMIT_MARGIN, scene.upper - LIMIT_MARGIN
-    program.AddBoundingBoxConstraint(lower, upper, variables)
-    program.AddQuadraticErrorCost(np.eye(7), seed, variables)
-    guess = scene.plant.GetPositions(scene.context).copy()
-    guess[scene.arm_index] = np.clip(start, lower, upper)
-    q = SnoptSolver().Solve(program, guess, _OPTIONS).GetSolution(variables)
-    return q if reaches(scene, q, X_WG) else None
-
-
-def reaches(scene: PlanningScene, q: np.ndarray, X_WG: RigidTransform) -> bool:
-    """Whether ``q [7]`` meets ``X_WG`` within the tolerances, and the joint limits."""
-    position, angle = scene.error(q, X_WG)
-    exact = position <= POSITION_TOLERANCE and angle <= ANGLE_TOLERANCE
-    return exact and scene.within_limits(q)
+def _recognise(scene: PlanningScene) -> ClosedForm | None:
+    if not (
+        np.array_equal(scene.upper, gen3_ik.LIMIT) and np.array_equal(-scene.lower, scene.upper)
+    ):
+        return None
+    plant, context = scene.plant, scene.context
+    arm = plant.GetModelInstanceByName(ARM)
+    base, hand = (plant.GetBodyByName(name, arm) for name in ("base_link", "end_effector_link"))
+    X_WB, X_WE = (body.EvalPoseInWorld(context) for body in (base, hand))
+    X_GE = plant.GetFrameByName("tcp").CalcPoseInWorld(context).InvertAndCompose(X_WE)
+    known = ClosedForm(X_WB.inverse(), X_GE, capsules_of(scene))
+    R, p = known.end_effector(scene.forward(HOME))
+    R_closed, p_closed = gen3_ik.forward(HOME)
+    same = np.allclose(R, R_closed, atol=1e-9) and np.allclose(p, p_closed, atol=1e-9)
+    return known if same else None

@@ -20,7 +20,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
 from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
-from models import gripper
+from models.robots import GEN3, Robot
 from models.scene import ARM, GRIPPER, add_models
 
 HOME = np.array([0.0, 0.26, np.pi, -2.27, 0.0, 0.96, np.pi / 2])
@@ -50,28 +50,30 @@ class Clearance:
 class PlanningScene:
     """Robot, box and table for kinematics and distance queries; no dynamics."""
 
-    def __init__(self, *, carrying: bool = False) -> None:
+    def __init__(self, *, carrying: bool = False, robot: Robot = GEN3) -> None:
         """Build the plant, with the cube out of the way.
 
         Args:
             carrying: the fingers stand 40 mm apart, and a cylinder about the closing axis
                 stands for the cube between them: it contains the cube however that is turned
                 between the pads. Otherwise the hand is empty and open.
+            robot: the arm with its hand; one of the Gen3 Lite has six joint angles, not seven.
         """
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
-        add_models(self.plant, "station.dmd.yaml")
+        add_models(self.plant, robot.station)
+        self._robot = robot
         self._tcp = self.plant.GetFrameByName("tcp")
         self._arm = self.plant.GetModelInstanceByName(ARM)
-        self._cube = self.plant.GetBodyByName("cube")
+        self.cube = self.plant.GetBodyByName("cube")
         hand = self.plant.GetModelInstanceByName(GRIPPER)
-        self._inspector = scene_graph.model_inspector()
+        self.inspector = scene_graph.model_inspector()
         self._filter = scene_graph.collision_filter_manager()
         if carrying:
             self._add_carried_cube(hand)
         self.plant.Finalize()
         self._query_port = self.plant.get_geometry_query_input_port()
-        fixed = [self._cube, *self.plant.GetBodiesWeldedTo(self.plant.world_body())]
+        fixed = [self.cube, *self.plant.GetBodiesWeldedTo(self.plant.world_body())]
         self._fixed = {body.index() for body in fixed}
         # Where the cube lies is no concern of the robot's.
         standing = self.plant.CollectRegisteredGeometries(fixed)
@@ -79,7 +81,7 @@ class PlanningScene:
         welded = self.plant.GetBodiesWeldedTo(self._tcp.body())
         self._hand = {body.index() for body in welded} | set(self.plant.GetBodyIndices(hand))
 
-        joints = [self.plant.GetJointByName(f"joint_{i}", self._arm) for i in range(1, 8)]
+        joints = [self.plant.GetJointByName(name, self._arm) for name in robot.joints]
         self.arm_index = np.array([joint.position_start() for joint in joints])
         self.lower = np.array([joint.position_lower_limits()[0] for joint in joints])
         self.upper = np.array([joint.position_upper_limits()[0] for joint in joints])
@@ -91,14 +93,14 @@ class PlanningScene:
         self._root = self._diagram.CreateDefaultContext()
         self.context = self.plant.GetMyMutableContextFromRoot(self._root)
         self.place_cube(None)
-        for index in self.plant.GetJointIndices(self._cube.model_instance()):
+        for index in self.plant.GetJointIndices(self.cube.model_instance()):
             self.plant.get_joint(index).Lock(self.context)
-        self.open_to(CUBE_WIDTH if carrying else gripper.MAX_OPENING)
+        self.open_to(CUBE_WIDTH if carrying else robot.max_opening)
 
     def open_to(self, width: float) -> None:
         """Stand the fingers ``width`` [m] apart."""
-        angles = gripper.joint_positions(float(gripper.knuckle_angle(np.array(width))))
-        for name, angle in zip(gripper.JOINTS, angles, strict=True):
+        angles = self._robot.finger_positions(width)
+        for name, angle in zip(self._robot.finger_joints, angles, strict=True):
             joint = self.plant.GetJointByName(name, self._tcp.body().model_instance())
             joint.Unlock(self.context)
             joint.set_angle(self.context, angle)
@@ -106,7 +108,7 @@ class PlanningScene:
 
     def place_cube(self, X_WO: RigidTransform | None) -> None:
         """Put the cube, as an obstacle, at ``X_WO``; None takes it out of the way."""
-        self.plant.SetFreeBodyPose(self.context, self._cube, X_WO or _AWAY)
+        self.plant.SetFreeBodyPose(self.context, self.cube, X_WO or _AWAY)
 
     def forward(self, q: np.ndarray) -> RigidTransform:
         """X_WG at joint angles ``q [7]`` [rad]."""
@@ -188,4 +190,4 @@ class PlanningScene:
         self.plant.SetPositions(self.context, self._arm, q)
 
     def _body(self, geometry: GeometryId) -> RigidBody:
-        return self.plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
+        return self.plant.GetBodyFromFrameId(self.inspector.GetFrameId(geometry))

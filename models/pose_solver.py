@@ -10,8 +10,9 @@ import numpy as np
 
 from models.gripper import MAX_OPENING
 from models.gripper_poses import Layer, gripper_pose, pose_key
-from models.inverse_kinematics import Failure, IkSolution, reaches, solve, solve_all
+from models.ik_solution import Failure, IkSolution, reaches
 from models.kinematics import CUBE_WIDTH, HOME, MARGIN, Clearance, PlanningScene
+from models.optimised_ik import search
 from models.task.spaces import GRID_Z, R_WG
 
 CLOSED_MARGIN = 0.001
@@ -68,8 +69,15 @@ class PoseSolver:
 
     def near(self, layer: Layer, p_WG: np.ndarray, gripper: int, q: np.ndarray) -> Entry:
         """Solve a pose from the posture ``q [7]`` alone; the fast way where it is close."""
-        answer = solve(self._scene(p_WG), gripper_pose(p_WG, gripper), seed=q)
-        return self._judge(layer, p_WG, gripper, answer)
+        answers = search(
+            self._scene(p_WG),
+            gripper_pose(p_WG, gripper),
+            seed=q,
+            attempts=1,
+            candidates=1,
+            rng=None,
+        )
+        return self._judge(layer, p_WG, gripper, answers[0])
 
     def alone(
         self, layer: Layer, p_WG: np.ndarray, gripper: int, q: np.ndarray = HOME
@@ -80,7 +88,7 @@ class PoseSolver:
             Up to `CANDIDATES` different answers, or one entry that says why there is none.
         """
         stream = np.random.default_rng([self.seed, *np.abs(pose_key(p_WG, gripper))])
-        answers = solve_all(
+        answers = search(
             self._scene(p_WG),
             gripper_pose(p_WG, gripper),
             seed=q,

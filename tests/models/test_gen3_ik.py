@@ -6,7 +6,16 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from models import gen3_ik
 from models.errors import ModelError
-from models.gen3_ik import BRANCHES, LIMIT, forward, nearest, solve_batch, solve_branches
+from models.gen3_ik import (
+    BRANCHES,
+    LIMIT,
+    forward,
+    nearest,
+    solve_batch,
+    solve_branches,
+    solve_first,
+    wrist_in_reach,
+)
 from models.kinematics import HOME, PlanningScene
 from models.rotations import geodesic_angle
 
@@ -142,6 +151,36 @@ def test_batch_equals_single(postures):
         for j, q3 in enumerate(grid):
             single = solve_branches(R[i], p[i], q3)
             np.testing.assert_array_equal(batch[i, j][exists[i, j, :, 0]], single)
+
+
+def test_the_first_answer_is_one_of_the_branches(postures):
+    R, p = poses(postures[:200])
+    grid = np.linspace(-np.pi, np.pi, 33)
+    q, status = solve_first(R, p, grid)
+    assert (status == gen3_ik.MET).all()
+    for i, answer in enumerate(q):
+        # Angles follow a pose met within 1e-6 by the square root where elbow or wrist are straight.
+        if abs(answer[5]) > STRAIGHT:
+            assert apart(solve_branches(R[i], p[i], answer[2]), answer).min() < 2e-3
+        R_BE, p_BE = forward(answer)
+        assert np.linalg.norm(p_BE - p[i]) < 2e-6
+        assert geodesic_angle(R_BE, R[i]) < 2e-6
+
+
+def test_reach_is_denied_to_no_posture_and_to_what_is_too_far_or_near(postures):
+    for q in postures:
+        assert wrist_in_reach(*forward(q))
+    folded = np.array([0.3, 0.4, 0.0, LIMIT[3], 0.5, 0.6, 0.7])
+    assert wrist_in_reach(*forward(folded))
+    R, p = forward(HOME)
+    shoulder = np.array([0.0, 0.0, 0.28481])
+    for distance in (0.05, 1.2):
+        p = shoulder + gen3_ik._HAND * R[:, 2] + np.array([distance, 0.0, 0.0])
+        assert not wrist_in_reach(R, p)
+        q, status = solve_first(R[None], p[None], np.linspace(-np.pi, np.pi, 9))
+        assert np.isnan(q).all()
+        assert status[0] == gen3_ik.OUT_OF_REACH
+        assert np.isnan(solve_batch(R[None], p[None], np.linspace(-np.pi, np.pi, 99))).all()
 
 
 def test_home_is_found_from_the_lists_of_its_numbers():

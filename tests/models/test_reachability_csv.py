@@ -72,7 +72,7 @@ def edited(file, line, column, text):
         (5, "layer", "attic", "line 5, layer: 'attic'; valid: cell, via, grasp, added"),
         (3, "value", "2", "line 3, value: 2; valid: 0, 1"),
         (3, "q7", "", "line 3, q7: ''; valid: radians"),
-        (4, "failure", "tired", "line 4, failure: 'tired'; valid: not found"),
+        (4, "failure", "tired", "line 4, failure: 'tired'; valid: out of reach"),
         (5, "attempts", "few", "line 5, attempts: 'few'"),
         (5, "clearance", "near", "line 5, clearance: 'near'"),
     ],

@@ -2,7 +2,8 @@
 
 ``run`` fills the trial database (kill it at any moment; the same command goes on),
 ``status`` shows its coverage, ``export`` turns it into the task data that `irl` learns from, and
-``validate`` holds such a model against new trials with the whole arm.
+``validate`` holds such a model against new trials with the whole arm, and ``sensitivity`` tells
+which outcomes hang on how a trial is simulated.
 """
 
 from dataclasses import dataclass, field
@@ -28,6 +29,7 @@ from experiments.command import Output, execute
 from experiments.executors import start_workers
 from experiments.model_validation import draw_pairs, plot_validation, print_scores, scores
 from experiments.robot_data import MAP, SHIPPED_ROBOT, SHIPPED_TASK, load_feasibility
+from experiments.sensitivity import ASPECTS, compare, plot_sensitivity, run_variants, sample_classes
 from experiments.transition_export import save_tables, task_data
 from experiments.transition_plots import plot_coverage
 from experiments.trial_campaign import ClassTrials, PairTrials, planned_classes, run_campaign
@@ -117,18 +119,41 @@ class Validate:
     """Folder of the results."""
 
 
+@dataclass(frozen=True)
+class Sensitivity:
+    """Find out which outcomes change with the solver's step and with friction."""
+
+    repetitions: int = 4
+    """Trials of each class, of each variant."""
+    databases: Path = Path("out/sensitivity/trials")
+    """Folder of a SQLite file for each variant; made if missing."""
+    workers: int = 2
+    """Processes; the trials are the same whatever their number."""
+    cluster: str = ""
+    """Address of a dask scheduler that runs the trials instead."""
+    trial: TrialConfig = field(default_factory=TrialConfig)
+    """How a trial runs, and its noise; the variants' friction is their own."""
+    seed: int = 0
+    """Of the draw of classes, and root of every trial's own seed."""
+    out: Path = Path("out/sensitivity")
+    """Folder of the results."""
+
+
 Config = (
     Annotated[Run, tyro.conf.subcommand("run")]
     | Annotated[Status, tyro.conf.subcommand("status")]
     | Annotated[Export, tyro.conf.subcommand("export")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
+    | Annotated[Sensitivity, tyro.conf.subcommand("sensitivity")]
 )
 
 
-def main(config: Run | Status | Export | Validate, output: Output) -> dict[str, Any]:
-    """Tell one of the four stories."""
+def main(config: Run | Status | Export | Validate | Sensitivity, output: Output) -> dict[str, Any]:
+    """Tell one of the stories."""
     if isinstance(config, Validate):
         return validate(config, output)
+    if isinstance(config, Sensitivity):
+        return sensitivity(config, output)
     classes, feasible = trial_classes(), load_feasibility().mask()
     if isinstance(config, Run):
         database = run(config, classes, feasible)
@@ -189,6 +214,31 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
     with output.file("validation.png") as path:
         plot_validation(result, path)
     return result
+
+
+def sensitivity(config: Sensitivity, output: Output) -> dict[str, Any]:
+    """Run the variants and tabulate what changes between them."""
+    check_range("--repetitions", config.repetitions, 1)
+    check_range("--workers", config.workers, 1)
+    classes = trial_classes()
+    numbers = sample_classes(
+        classes,
+        planned_classes(classes, load_feasibility().mask()),
+        np.random.default_rng(config.seed),
+    )
+    campaign = Campaign(config.trial, config.seed, description_hash(MODEL_FILES), version("drake"))
+    with start_workers(config.workers, config.cluster) as workers:
+        tried = run_variants(
+            config.databases, campaign, classes, numbers, config.repetitions, workers
+        )
+    rows = compare(tried, classes)
+    for row in rows:
+        if any(row[aspect] for aspect in ASPECTS):
+            changed = ", ".join(f"{aspect} {row[aspect]}" for aspect in ASPECTS)
+            print(f"{row['variant']:>14}  {row['pair']}: of {row['trials']} changed {changed}")
+    with output.file("sensitivity.png") as path:
+        plot_sensitivity(rows, path)
+    return {"rows": rows}
 
 
 def coverage(trials: list[Trial], entries: TransitionEntries) -> dict[str, Any]:

@@ -17,6 +17,7 @@ import numpy as np
 from irl.choices import check_range
 from irl.errors import InputError
 from irl.files import atomic_path
+from irl.tensor_file import from_bytes, to_bytes
 
 SCHEMA_VERSION = 1
 
@@ -78,9 +79,7 @@ def save(
     Raises:
         OSError: if the file cannot be written.
     """
-    from safetensors.numpy import save as to_bytes  # noqa: PLC0415  (only checkpoints need it)
-
-    plain = {name: np.asarray(array, order="C") for name, array in arrays.items()}
+    plain = {name: np.asarray(array) for name, array in arrays.items()}
     content = json.dumps({"identity": identity, "state": state}, sort_keys=True)
     header = {
         "schema_version": SCHEMA_VERSION,
@@ -88,7 +87,6 @@ def save(
         "digest": _digest(content, plain),
     }
     with atomic_path(path) as temporary:
-        # One entry, for the library writes several in random order.
         temporary.write_bytes(to_bytes(plain, {"checkpoint": json.dumps(header, sort_keys=True)}))
 
 
@@ -103,17 +101,14 @@ def load(path: Path, identity: Mapping[str, Any]) -> tuple[dict[str, np.ndarray]
         InputError: if the file is missing, damaged, of another schema, or of other work; then
             it says what differs.
     """
-    from safetensors import SafetensorError, safe_open  # noqa: PLC0415
-
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such checkpoint")
     try:
-        with safe_open(path, framework="numpy") as file:
-            header = json.loads((file.metadata() or {})["checkpoint"])
-            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        arrays, metadata = from_bytes(path.read_bytes())
+        header = json.loads(metadata["checkpoint"])
         version, content, digest = (header[k] for k in ("schema_version", "content", "digest"))
-    except (SafetensorError, OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError) as error:
         detail = (str(error).splitlines() or [""])[0]
         raise InputError(f"{path}: not a readable checkpoint ({detail}); delete it") from error
     if version != SCHEMA_VERSION:

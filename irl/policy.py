@@ -1,7 +1,5 @@
 """The learnt policy, and the file it travels in."""
 
-import json
-import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,6 +7,7 @@ import numpy as np
 
 from irl.errors import InputError
 from irl.files import atomic_path
+from irl.tensor_file import from_bytes, to_bytes
 
 SCHEMA_VERSION = 1
 _METADATA = ("algorithm", "schema_version", "seed", "task_hash")
@@ -71,22 +70,12 @@ class Policy:
         return cls(action, q, dict(weights or {}), task_hash, algorithm, seed)
 
 
-def _canonical(data: bytes) -> bytes:
-    """Sort the header of a safetensors file: the library writes metadata in random order."""
-    (size,) = struct.unpack("<Q", data[:8])
-    header = json.dumps(json.loads(data[8 : 8 + size]), sort_keys=True, separators=(",", ":"))
-    padded = header.encode() + b" " * (-len(header.encode()) % 8)
-    return struct.pack("<Q", len(padded)) + padded + data[8 + size :]
-
-
 def save_policy(policy: Policy, path: Path) -> None:
     """Write ``policy`` as safetensors, whole or not at all; equal policies give equal bytes.
 
     Raises:
         OSError: if the file cannot be written.
     """
-    from safetensors.numpy import save  # noqa: PLC0415  (only policy files need it)
-
     tensors = {"action": policy.action, "q": policy.q}
     tensors |= {f"{_WEIGHT}{name}": array for name, array in policy.weights.items()}
     metadata = {
@@ -95,9 +84,8 @@ def save_policy(policy: Policy, path: Path) -> None:
         "seed": str(policy.seed),
         "task_hash": policy.task_hash,
     }
-    contiguous = {name: np.asarray(array, order="C") for name, array in tensors.items()}
     with atomic_path(path) as temporary:
-        temporary.write_bytes(_canonical(save(contiguous, metadata)))
+        temporary.write_bytes(to_bytes(tensors, metadata))
 
 
 def load_policy(path: Path, task_hash: str | None = None) -> Policy:
@@ -111,18 +99,13 @@ def load_policy(path: Path, task_hash: str | None = None) -> Policy:
         InputError: if the file is missing, damaged, of another schema or for another task, or
             a field is missing, or has a wrong type, shape or value.
     """
-    from safetensors import SafetensorError, safe_open  # noqa: PLC0415
-
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such policy file")
     try:
-        with safe_open(path, framework="numpy") as file:
-            metadata = file.metadata() or {}
-            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    except (SafetensorError, OSError, ValueError, TypeError, KeyError) as error:
-        detail = (str(error).splitlines() or [""])[0]
-        raise InputError(f"{path}: not a readable policy file ({detail})") from error
+        tensors, metadata = from_bytes(path.read_bytes())
+    except (InputError, OSError) as error:
+        raise InputError(f"{path}: not a readable policy file ({error})") from error
     version = metadata.get("schema_version")
     if version != str(SCHEMA_VERSION):
         raise InputError(

@@ -37,6 +37,22 @@ class Transitions:
     count: np.ndarray
     evidence: np.ndarray
 
+    @classmethod
+    def estimated(
+        cls, state: np.ndarray, action: np.ndarray, next_state: np.ndarray, probability: np.ndarray
+    ) -> "Transitions":
+        """Entries that no trial stands behind, of any integer and float types, each ``[n]``."""
+        state, action, next_state = (np.asarray(x, np.int32) for x in (state, action, next_state))
+        n = state.size
+        return cls(
+            state,
+            action,
+            next_state,
+            np.asarray(probability, np.float64),
+            count=np.zeros(n, dtype=np.int64),
+            evidence=np.full(n, EVIDENCE.index("estimated"), dtype=np.uint8),
+        )
+
     def __post_init__(self) -> None:
         """Check types, lengths, ``count`` and ``evidence``; the rest needs the task's size.
 

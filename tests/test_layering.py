@@ -32,11 +32,14 @@ def imported(path: Path) -> set[str]:
     return names
 
 
-def test_irl_imports_without_robot_and_needs_torch_numpy_scipy_only():
+def test_irl_works_without_robot_and_needs_torch_numpy_scipy_only(tmp_path):
     code = """
 import importlib, pkgutil, sys
 
-REFUSED = {"pydrake", "models", "diagrams", "experiments", "safetensors", "tyro", "matplotlib"}
+REFUSED = {
+    "pydrake", "models", "diagrams", "experiments",
+    "dask", "gymnasium", "matplotlib", "numba", "safetensors", "tqdm", "tyro", "yaml",
+}
 
 class Refuse:
     def find_spec(self, name, path=None, target=None):
@@ -47,12 +50,42 @@ sys.meta_path.insert(0, Refuse())
 import irl
 for module in pkgutil.walk_packages(irl.__path__, "irl."):
     importlib.import_module(module.name)
+
+import doctest
+assert doctest.testmod(irl).failed == 0
+
+import numpy as np
+from irl import checkpoint, policy
+learnt = policy.Policy.from_q(np.eye(3), np.eye(3) > 0)
+policy.save_policy(learnt, sys.argv[1])
+assert (policy.load_policy(sys.argv[1]).action == learnt.action).all()
+checkpoint.save(sys.argv[1], {"q": learnt.q}, {}, {})
+assert (checkpoint.load(sys.argv[1], {})[0]["q"] == learnt.q).all()
 assert not REFUSED & {name.split(".")[0] for name in sys.modules}
 """
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, "-c", code, str(tmp_path / "file.safetensors")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("folder", "besides"),
+    [
+        # gymnasium stands under TYPE_CHECKING, for its environments are handed in.
+        ("irl", {"irl", "gymnasium"}),
+        ("tests/irl", {"irl", "pytest", "hypothesis"}),
+    ],
+)
+def test_irl_and_its_tests_import_no_other_package(folder, besides):
+    allowed = {"torch", "numpy", "scipy"} | besides | sys.stdlib_module_names
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        roots = {name.split(".")[0] for name in imported(path)}
+        assert roots <= allowed, f"{path}: imports {sorted(roots - allowed)}"
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))

@@ -10,6 +10,7 @@ import numpy as np
 
 from experiments.benchmarks.comparison import Peers, Row, one_core
 from models import gen3_ik
+from models.gen3_chain import LIMIT, ROLL, Y, Z, forward
 from models.gripper_poses import gripper_pose
 from models.ik_solution import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from models.inverse_kinematics import closed_form, solve
@@ -34,7 +35,7 @@ def rows(peers: Peers, seed: int) -> list[Row]:
 
 
 def _batches(peers: Peers, seed: int) -> list[Row]:
-    bound = np.minimum(gen3_ik.LIMIT, np.pi)
+    bound = np.minimum(LIMIT, np.pi)
     postures = np.random.default_rng(seed).uniform(-bound, bound, (POSES, 7))
     X_BE = _poses(postures)
     R, p = np.ascontiguousarray(X_BE[:, :3, :3]), np.ascontiguousarray(X_BE[:, :3, 3])
@@ -133,14 +134,14 @@ def _map(peers: Peers, seed: int) -> Row:
 
 
 def _peer(peers: Peers, script: str, X_BE: np.ndarray) -> dict[str, np.ndarray]:
-    chain = {"y": gen3_ik.Y, "z": gen3_ik.Z, "roll": gen3_ik.ROLL, "limit": gen3_ik.LIMIT}
+    chain = {"y": Y, "z": Z, "roll": ROLL, "limit": LIMIT}
     return peers.run(script, X_BE=X_BE, **chain)
 
 
 def _poses(q: np.ndarray) -> np.ndarray:
     X_BE = np.tile(np.eye(4), (len(q), 1, 1))
     for X, row in zip(X_BE, q, strict=True):
-        X[:3, :3], X[:3, 3] = gen3_ik.forward(row)
+        X[:3, :3], X[:3, 3] = forward(row)
     return X_BE
 
 
@@ -152,5 +153,5 @@ def verified(q: np.ndarray, X_BE: np.ndarray) -> np.ndarray:
     # The chord between two rotations is √8·sin(angle / 2).
     chord = np.linalg.norm(X[:, :3, :3] - X_BE[:, :3, :3], axis=(1, 2))
     angle = 2.0 * np.arcsin(np.clip(chord / np.sqrt(8.0), 0.0, 1.0))
-    within = (np.abs(q) <= gen3_ik.LIMIT).all(axis=1)
+    within = (np.abs(q) <= LIMIT).all(axis=1)
     return known & within & (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)

@@ -1,0 +1,156 @@
+"""Bring your own task: describe it, save it, learn it with every method, compare.
+
+The task is a machine that makes a batch of parts and wears. Copy ``workshop``, replace what is the
+machine's, and the rest works as it stands: nothing below it knows what the task is about.
+"""
+
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from experiments.command import Output, execute
+from irl.choices import check_choice, check_range
+from irl.demonstrations import Demonstrations
+from irl.demonstrators import OracleDemonstrator
+from irl.methods import METHODS, learn
+from irl.metrics import accuracy_optimal, success_mdp, unseen_states
+from irl.planning import uniform_policy
+from irl.policy import Policy, save_policy
+from irl.task_data import TaskData, Transitions, load_task, save_task
+
+
+@dataclass(frozen=True)
+class Config:
+    """Learn a small task of another kind than the robot's, with every method."""
+
+    seed: int = 0
+    """Seed of the demonstrations and of the methods."""
+    trajectories: int = 8
+    """Number of demonstrated batches."""
+    methods: tuple[str, ...] = tuple(METHODS)
+    """Keys of the methods to compare."""
+    out: Path = field(default_factory=lambda: Path("out/own_task"))
+    """Where results go; the task data in its folder ``task``."""
+
+
+def workshop(parts: int = 12, worn_out: int = 4) -> TaskData:
+    """A machine makes parts, fast or slowly, and wears; worn out, it must be serviced."""
+    states = list(product(range(parts + 1), range(worn_out + 1)))  # (parts made, wear)
+    actions = ["fast", "slow", "service", "rest"]
+    pace = {"fast": (0.9, 0.6), "slow": (0.7, 0.1)}  # probability of a part, and of wear
+    entries = []
+    for s, (made, wear) in enumerate(states):
+        outcome = {}  # action → [(next state, probability)]; what is absent is infeasible
+        if made == parts:
+            outcome["rest"] = [((made, wear), 1.0)]
+        elif wear > 0:
+            serviced = 0.9 if wear < worn_out else 0.4
+            outcome["service"] = [((made, 0), serviced), ((made, wear), 1 - serviced)]
+        if made < parts and wear < worn_out:
+            for name, (part, wears) in pace.items():
+                outcome[name] = [
+                    ((made + i, wear + j), (part if i else 1 - part) * (wears if j else 1 - wears))
+                    for i, j in product((0, 1), (0, 1))
+                ]
+        for name, results in outcome.items():
+            entries += [(s, actions.index(name), states.index(t), p) for t, p in results]
+    state, action, next_state, probability = map(np.array, zip(*entries, strict=True))
+    made, wear = np.array(states).T
+    return TaskData(
+        name="workshop",
+        states=[{"made": str(m), "wear": str(w)} for m, w in states],
+        actions=[{"name": name} for name in actions],
+        transitions=Transitions.estimated(state, action, next_state, probability),
+        goal_states=np.flatnonzero(made == parts),
+        start_states=np.flatnonzero(made == 0),
+        gamma=0.95,
+        features={"levels": np.stack([made / parts, wear / worn_out], axis=1)},
+        clusters={"worn out": np.flatnonzero(wear == worn_out)},
+        preferred=np.flatnonzero(made == parts),
+        avoided=np.flatnonzero(wear == worn_out),
+    )
+
+
+def demonstrate(
+    teacher: OracleDemonstrator, starts: np.ndarray, rng: np.random.Generator
+) -> Demonstrations:
+    """One demonstrated run from each start."""
+    runs = [teacher.trajectory(int(start), rng) for start in starts]
+    return Demonstrations.concatenate(
+        [Demonstrations.from_pairs(run, trajectory=k) for k, run in enumerate(runs)]
+    )
+
+
+def show(rows: list[dict[str, Any]], ceiling: float) -> None:
+    """Print the table."""
+    print(f"{'method':18} {'success':>8} {'as good':>8} {'seconds':>8}")
+    for row in rows:
+        print(
+            f"{row['method']:18} {row['success_mdp']:8.1%} {row['accuracy_optimal_all']:8.1%} "
+            f"{row['seconds']:8.2f}"
+        )
+    print(f"{'(demonstrator)':18} {ceiling:8.1%}")
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Build, save and load the task; learn it with every method; judge each by the same measure.
+
+    Success is the probability of a whole batch within 20 actions, over all starts. *As good* is the
+    share of states not demonstrated in which the policy acts as well as the demonstrator.
+    """
+    check_range("--trajectories", config.trajectories, 1)
+    for name in config.methods:
+        check_choice("--methods", name, METHODS)
+    save_task(workshop(), output.folder / "task")
+    task = load_task(output.folder / "task")
+    model, goal, starts = task.model, task.goal_states, task.start_states
+
+    # Whoever knows the task: a person, a recording (task.demonstrations), or an oracle as here.
+    teacher = OracleDemonstrator(model, goal, task.gamma, uncomfortable=task.cluster("worn out"))
+    rng = np.random.default_rng(config.seed)
+    shown = demonstrate(teacher, rng.choice(starts, config.trajectories), rng)
+    unseen = unseen_states(model, starts, shown.state, teacher.terminal)
+
+    torch.set_num_threads(1)  # the networks are small
+    rows = []
+    for name in tqdm(config.methods, desc="methods", leave=False):
+        learnt = learn(
+            name,
+            model,
+            shown,
+            task.feature("levels"),
+            gamma=task.gamma,
+            rng=np.random.default_rng(config.seed),
+        )
+        policy = Policy.from_q(
+            learnt.q, model.mask, task_hash=task.task_hash, algorithm=name, seed=config.seed
+        )
+        save_policy(policy, output.folder / f"{name}.safetensors")
+        rows.append(
+            {
+                "method": name,
+                "success_mdp": success_mdp(model, policy.action, goal, starts),
+                "accuracy_optimal_all": accuracy_optimal(
+                    policy.action, unseen, teacher.optimal_actions
+                ).value,
+                "seconds": learnt.seconds,
+            }
+        )
+    ceiling = success_mdp(model, uniform_policy(teacher.optimal_actions), goal, starts)
+    show(rows, ceiling)
+    return {
+        "states": task.n_states,
+        "demonstrated_fraction": shown.demonstrated_fraction(task.n_states),
+        "unseen_states": unseen.size,
+        "rows": rows,
+        "success_mdp_oracle": ceiling,
+    }
+
+
+if __name__ == "__main__":
+    execute(Config, main)

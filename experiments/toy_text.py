@@ -1,0 +1,180 @@
+"""Gymnasium's small worlds, learned by every method and played in gymnasium itself.
+
+FrozenLake, CliffWalking and Taxi are read from their transition tables. An oracle that knows the
+true reward shows some runs, each method learns from them, and its policy is played in the
+environment; the return is what counts. Needs the extra ``gym``.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from experiments.command import Output, execute
+from irl.choices import check_choice, check_range
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.gymnasium_interop import TabularWorld, from_gymnasium, play
+from irl.methods import METHODS, learn
+from irl.metrics import bootstrap_interval
+from irl.planning import value_iteration
+from irl.policy import Policy
+
+if TYPE_CHECKING:
+    import gymnasium
+
+GAMMA = 0.99
+MAX_STEPS = 200  # Taxi's own limit; CliffWalking has none
+
+
+@dataclass(frozen=True)
+class Example:
+    """One environment, and how it is shown.
+
+    Attributes:
+        sizes: of the factors that the state index is made of, the slowest first; each becomes one
+            indicator per value.
+        demonstrations: number of demonstrated runs.
+        steps: length of each. A run that has ended stays where it is, and so is as long as others.
+        goal_states: where a run ends well, from the environment.
+    """
+
+    sizes: tuple[int, ...]
+    demonstrations: int
+    steps: int
+    goal_states: Callable[[Any, TabularWorld], np.ndarray]
+
+
+EXAMPLES = {
+    # Slippery ice: where a run leads is chance.
+    "FrozenLake-v1": Example(
+        (16,), 20, 100, lambda env, _: np.flatnonzero(env.unwrapped.desc == b"G")
+    ),
+    "CliffWalking-v1": Example((4, 12), 5, 15, lambda _, world: world.terminal),
+    # Row, column, passenger, destination.
+    "Taxi-v4": Example((5, 5, 5, 4), 300, 20, lambda _, world: world.terminal),
+}
+
+
+@dataclass(frozen=True)
+class Config:
+    """Learn gymnasium's toy-text worlds from demonstrations, with every method."""
+
+    seed: int = 0
+    """Seed of the demonstrations, the methods and the environments."""
+    environments: tuple[str, ...] = tuple(EXAMPLES)
+    """Which of the worlds."""
+    methods: tuple[str, ...] = tuple(METHODS)
+    """Keys of the methods."""
+    episodes: int = 300
+    """Episodes each policy is played."""
+    out: Path = field(default_factory=lambda: Path("out/toy_text"))
+    """Where results go."""
+
+
+def demonstrate(
+    world: TabularWorld, Q: np.ndarray, example: Example, rng: np.random.Generator
+) -> Demonstrations:
+    """Runs that act by the true action values, equal ones drawn evenly."""
+    optimal = Q.max(axis=1, keepdims=True) - 1e-7 <= Q
+    runs = []
+    for k in range(example.demonstrations):
+        state, pairs = int(rng.choice(world.start.size, p=world.start)), []
+        for _ in range(example.steps):
+            action = int(rng.choice(np.flatnonzero(optimal[state])))
+            pairs.append((state, action))
+            state = world.model.sample(state, action, rng)
+        runs.append(Demonstrations.from_pairs(pairs, trajectory=k))
+    return Demonstrations.concatenate(runs)
+
+
+def indicators(sizes: tuple[int, ...]) -> np.ndarray:
+    """One indicator per value of each factor of the state index; ``[Π sizes, Σ sizes]``."""
+    factors = np.unravel_index(np.arange(np.prod(sizes)), sizes)
+    return np.hstack([np.eye(n)[factor] for n, factor in zip(sizes, factors, strict=True)])
+
+
+def judged(
+    env: "gymnasium.Env", q: np.ndarray, mask: np.ndarray, goals: np.ndarray, config: Config
+) -> dict[str, Any]:
+    """Play greedily by ``q``: what ``result.json`` says of the episodes."""
+    action = Policy.from_q(q, mask).action
+    episodes = play(env, action, seed=config.seed, episodes=config.episodes, max_steps=MAX_STEPS)
+    success = episodes.success(goals)
+    rng = np.random.default_rng(config.seed)
+    return {
+        "return": episodes.returns.mean(),
+        "return_interval": bootstrap_interval(episodes.returns, rng),
+        "length": episodes.lengths.mean(),
+        "success": success.value,
+        "success_interval": success.interval,
+    }
+
+
+def show(rows: list[dict[str, Any]]) -> None:
+    """Print the table."""
+    print(f"{'environment':16} {'method':18} {'return':>9} {'optimal':>9} {'success':>8} {'s':>7}")
+    for row in rows:
+        print(
+            f"{row['environment']:16} {row['method']:18} {row['return']:9.2f} "
+            f"{row['optimal']:9.2f} {row['success']:8.1%} {row['seconds']:7.2f}"
+        )
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Learn and play; ``optimal`` is what the true reward's own policy earned in like episodes."""
+    try:
+        import gymnasium  # noqa: PLC0415 - an optional extra
+    except ImportError as error:
+        raise InputError(
+            "toy_text: needs gymnasium; pip install 'active-advice-irl[gym]'"
+        ) from error
+    check_range("--episodes", config.episodes, 1)
+    for name in config.environments:
+        check_choice("--environments", name, EXAMPLES)
+    for name in config.methods:
+        check_choice("--methods", name, METHODS)
+    torch.set_num_threads(1)  # the networks are small
+    rows = []
+    bar = tqdm(total=len(config.environments) * len(config.methods), leave=False)
+    for environment in config.environments:
+        env, example = gymnasium.make(environment), EXAMPLES[environment]
+        world = from_gymnasium(env)
+        goals = example.goal_states(env, world)
+        _, Q = value_iteration(
+            world.model, np.zeros(world.model.n_states), GAMMA, pair_reward=world.pair_reward
+        )
+        best = judged(env, Q, world.model.mask, goals, config)
+        shown = demonstrate(world, Q, example, np.random.default_rng(config.seed))
+        for method in config.methods:
+            bar.set_description(f"{environment} {method}")
+            learnt = learn(
+                method,
+                world.model,
+                shown,
+                indicators(example.sizes),
+                gamma=GAMMA,
+                rng=np.random.default_rng(config.seed),
+            )
+            rows.append(
+                {
+                    "environment": environment,
+                    "method": method,
+                    **judged(env, learnt.q, world.model.mask, goals, config),
+                    "optimal": best["return"],
+                    "seconds": learnt.seconds,
+                }
+            )
+            bar.update()
+        env.close()
+    bar.close()
+    show(rows)
+    return {"rows": rows}
+
+
+if __name__ == "__main__":
+    execute(Config, main)

@@ -1,0 +1,163 @@
+"""Gymnasium's tabular environments as transition models, and policies played in gymnasium.
+
+    world = from_gymnasium(env)  # FrozenLake, Taxi, CliffWalking, or any env with a table P
+    learnt = learn("planning", world.model, demonstrations, features, gamma=0.95, rng=rng)
+    episodes = play(env, learnt.q.argmax(axis=1), seed=0, episodes=100)
+
+Environments are only ever handed in, so this module needs no gymnasium to be imported.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.metrics import Share
+
+if TYPE_CHECKING:
+    import gymnasium
+
+
+@dataclass(frozen=True, eq=False)
+class TabularWorld:
+    """What an environment's table ``P`` says.
+
+    Attributes:
+        model: the transition model; in a state that ends a run, action 0 stays there for ever.
+        pair_reward: expected reward of each pair, float64 ``[n_pairs]``. Discounted or not, the
+            expected return of any policy is the same as with rewards on (s, a, s').
+        terminal: indices of the states that end a run, int64 ``[n]``.
+        start: distribution of the first state, float64 ``[n_states]``.
+    """
+
+    model: TransitionModel
+    pair_reward: np.ndarray
+    terminal: np.ndarray
+    start: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Episodes:
+    """Runs of one policy, one entry an episode.
+
+    Attributes:
+        returns: undiscounted sum of rewards, float64 ``[n]``.
+        lengths: number of actions, int64 ``[n]``.
+        last_state: int64 ``[n]``.
+        terminated: whether the run ended by itself, not for want of time; bool ``[n]``.
+    """
+
+    returns: np.ndarray
+    lengths: np.ndarray
+    last_state: np.ndarray
+    terminated: np.ndarray
+
+    def success(self, goal_states: np.ndarray) -> Share:
+        """How many runs ended at a goal; its ``interval`` is Wilson's, of 95 %."""
+        reached = self.terminated & np.isin(self.last_state, goal_states)
+        return Share(int(reached.sum()), reached.size)
+
+
+def from_gymnasium(env: "gymnasium.Env") -> TabularWorld:
+    """Read the table ``P[s][a]`` = [(probability, next state, reward, terminated), …].
+
+    Equal successors are merged and impossible ones left out. What the table says of states where a
+    run has ended is replaced by one action, number 0, that stays and earns nothing. True returns
+    remain as they are; for a learner, to end early or late is then no matter of a constant in the
+    reward, as it would be if nothing followed the end.
+
+    Args:
+        env: an environment with discrete states and actions whose unwrapped form has ``P`` and
+            ``initial_state_distrib``, as all of gymnasium's toy-text worlds but Blackjack. What an
+            environment does besides ``P``, such as Taxi's fickle passenger, is not seen.
+
+    Raises:
+        InputError: if the environment has no such table, the table is no transition model, or a
+            state that can be reached sometimes ends a run and sometimes doesn't.
+    """
+    world: Any = env.unwrapped
+    if not hasattr(world, "P") or not hasattr(world, "initial_state_distrib"):
+        raise InputError(f"environment {env}: no table P with an initial_state_distrib to read")
+    start = np.array(world.initial_state_distrib, dtype=np.float64)
+    n_states, n_actions = start.size, int(world.action_space.n)
+    table = [(s, a, *outcome) for s in world.P for a in world.P[s] for outcome in world.P[s][a]]
+    state, action, next_state = (np.array([row[k] for row in table], np.int64) for k in (0, 1, 3))
+    p, reward = (np.array([row[k] for row in table], np.float64) for k in (2, 4))
+    ends = np.array([row[5] for row in table], dtype=bool)
+
+    terminal = np.unique(next_state[ends & (p > 0)])
+    undecided = np.intersect1d(terminal, _passed(start > 0, state, next_state, ~ends & (p > 0)))
+    if undecided.size:
+        raise InputError(
+            f"environment {env}: state {undecided[0]} ends a run on some ways into it only; "
+            "a transition model needs two states there"
+        )
+    kept = (p != 0) & ~np.isin(state, terminal)
+    stay = np.stack([terminal, np.zeros_like(terminal), terminal])
+    entries = np.hstack([np.stack([state, action, next_state])[:, kept], stay])
+    p, reward = np.r_[p[kept], np.ones(terminal.size)], np.r_[reward[kept], np.zeros(terminal.size)]
+    (s, a, after), merged = np.unique(entries, axis=1, return_inverse=True)
+    together = np.bincount(merged.ravel(), p)
+    model = TransitionModel.from_entries(n_states, n_actions, s, a, after, together)
+    pair_reward = np.bincount(model.pair_index(*entries[:2]), p * reward, model.n_pairs)
+    return TabularWorld(model, pair_reward, terminal, start)
+
+
+def _passed(
+    start: np.ndarray, state: np.ndarray, next_state: np.ndarray, goes_on: np.ndarray
+) -> np.ndarray:
+    """Indices of the states in which some run from ``start``, bool ``[n_states]``, goes on."""
+    passed = start.copy()
+    count = -1
+    while count != (count := int(passed.sum())):
+        passed[next_state[goes_on & passed[state]]] = True
+    return np.flatnonzero(passed)
+
+
+def play(
+    env: "gymnasium.Env",
+    action: np.ndarray,
+    *,
+    seed: int,
+    episodes: int = 100,
+    max_steps: int = 1000,
+) -> Episodes:
+    """Play a policy in an environment with discrete states.
+
+    Args:
+        env: the environment; it is left open.
+        action: integer ``[n_states]``, such as ``irl.policy.Policy.action``; −1 for none.
+        seed: of the environment's chance, given at the first reset. The same seed meets the same
+            chance whatever was played before.
+        episodes: how many, at least 1.
+        max_steps: where a run is given up; time limits of the environment's own count besides.
+
+    Raises:
+        InputError: if ``episodes`` is below 1, or the policy has no action in a state it meets.
+    """
+    if episodes < 1:
+        raise InputError(f"episodes: must be ≥ 1, is {episodes}")
+    runs = [_run(env, action, seed if k == 0 else None, max_steps) for k in range(episodes)]
+    returns, lengths, last_state, terminated = zip(*runs, strict=True)
+    return Episodes(
+        np.array(returns, np.float64),
+        np.array(lengths, np.int64),
+        np.array(last_state, np.int64),
+        np.array(terminated, bool),
+    )
+
+
+def _run(
+    env: "gymnasium.Env", action: np.ndarray, seed: int | None, max_steps: int
+) -> tuple[float, int, int, bool]:
+    """Return, length, last state, and whether the run ended by itself."""
+    state, _ = env.reset(seed=seed)
+    total, steps, terminated, truncated = 0.0, 0, False, False
+    while not (terminated or truncated) and steps < max_steps:
+        if action[state] < 0:
+            raise InputError(f"policy: no action in state {state}, where the run goes on")
+        state, reward, terminated, truncated, _ = env.step(int(action[state]))
+        total, steps = total + float(reward), steps + 1
+    return total, steps, int(state), bool(terminated)

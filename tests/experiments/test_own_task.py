@@ -1,0 +1,105 @@
+import importlib
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.command import execute
+from experiments.own_task import workshop
+from irl.policy import load_policy
+from irl.task_data import EVIDENCE, load_task
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def command(name, *options):
+    return subprocess.run(
+        [sys.executable, "-m", f"experiments.{name}", *map(str, options)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_readme_shows_this_very_task():
+    assert inspect.getsource(workshop) in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_what_the_machine_can_do():
+    task = workshop(parts=3, worn_out=2)
+    actions = [row["name"] for row in task.actions]
+    for s, row in enumerate(task.states):
+        feasible = {actions[a] for a in task.model.actions_of(s)}
+        if row["made"] == "3":
+            assert feasible == {"rest"}
+        elif row["wear"] == "2":
+            assert feasible == {"service"}
+        else:
+            assert feasible == {"fast", "slow"} | ({"service"} if row["wear"] != "0" else set())
+    # Fast from a new machine: part and wear are independent.
+    row = task.model.P[int(task.model.pair_index(0, 0))].toarray().ravel()
+    made = np.array([int(state["made"]) for state in task.states])
+    wear = np.array([int(state["wear"]) for state in task.states])
+    assert row @ made == pytest.approx(0.9)
+    assert row @ wear == pytest.approx(0.6)
+    assert row @ (made * wear) == pytest.approx(0.9 * 0.6)
+    assert {EVIDENCE[k] for k in task.transitions.evidence} == {"estimated"}
+
+
+def test_the_command_learns_and_leaves_task_and_policies(tmp_path):
+    done = command("own_task", "--methods", "lp", "behaviour_cloning", "--out", tmp_path / "a")
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "a/result.json").read_text())
+    task = load_task(tmp_path / "a/task")
+    assert [row["method"] for row in result["rows"]] == ["lp", "behaviour_cloning"]
+    for row in result["rows"]:
+        load_policy(tmp_path / f"a/{row['method']}.safetensors", task.task_hash)
+        assert 0.8 < row["success_mdp"] <= 1
+        assert row["method"] in done.stdout
+    assert result["rows"][1]["accuracy_optimal_all"] > 0.8
+    assert 0.94 < result["success_mdp_oracle"] < 0.96
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("own_task", ("--methods", "magic"), "unknown name 'magic'"),
+        ("own_task", ("--trajectories", 0), "--trajectories: must be ≥ 1"),
+        ("toy_text", ("--environments", "Chess-v0"), "unknown name 'Chess-v0'"),
+        ("toy_text", ("--episodes", 0), "--episodes: must be ≥ 1"),
+    ],
+)
+def test_mistakes_cost_one_line(tmp_path, capsys, name, options, words):
+    if name == "toy_text":
+        pytest.importorskip("gymnasium")
+    module = importlib.import_module(f"experiments.{name}")
+    arguments = [*map(str, options), "--out", str(tmp_path / "out")]
+    with pytest.raises(SystemExit) as stop:
+        execute(module.Config, module.main, arguments)
+    assert stop.value.code == 2
+    told = capsys.readouterr().err
+    assert words in told
+    assert len(told.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_toy_worlds_are_learnt_and_played(tmp_path):
+    pytest.importorskip("gymnasium")
+    options = ("--methods", "linear_mlirl", "planning", "--episodes", 60)
+    done = command("toy_text", *options, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    rows = json.loads((tmp_path / "out/result.json").read_text())["rows"]
+    assert len(rows) == 6
+    for row in rows:
+        assert row.keys() >= {"environment", "method", "return", "optimal", "seconds"}
+        low, high = row["return_interval"]
+        assert low <= row["return"] <= high
+        slack = {"FrozenLake-v1": 0.15, "CliffWalking-v1": 0, "Taxi-v4": 0.2}[row["environment"]]
+        assert row["return"] >= row["optimal"] - slack
+        low, high = row["success_interval"]
+        assert low <= row["success"] <= high + 1e-12

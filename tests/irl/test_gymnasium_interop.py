@@ -1,0 +1,148 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from irl.errors import InputError
+from irl.gymnasium_interop import from_gymnasium, play
+from irl.planning import value_iteration
+
+WORLDS = [
+    ("FrozenLake-v1", {}),
+    ("FrozenLake-v1", {"is_slippery": False}),
+    ("FrozenLake8x8-v1", {}),
+    ("Taxi-v4", {}),
+    ("Taxi-v4", {"is_rainy": True}),
+    ("CliffWalking-v1", {}),
+    ("CliffWalkingSlippery-v1", {}),
+]
+
+
+def make(name, **options):
+    return pytest.importorskip("gymnasium").make(name, **options)
+
+
+def optimal_q(world, gamma=0.99):
+    nothing = np.zeros(world.model.n_states)
+    return value_iteration(world.model, nothing, gamma, pair_reward=world.pair_reward)
+
+
+def values_by_the_table(env, policy, gamma):
+    """Policy evaluation on ``P`` itself: runs end where it says terminated."""
+    table = env.unwrapped.P
+    n = len(table)
+    P, r = np.zeros((n, n)), np.zeros(n)
+    for s in range(n):
+        for p, after, reward, terminated in table[s][policy[s]]:
+            r[s] += p * reward
+            P[s, after] += p * (not terminated)
+    return np.linalg.solve(np.eye(n) - gamma * P, r)
+
+
+@pytest.mark.parametrize(("name", "options"), WORLDS)
+def test_any_policy_is_worth_what_the_table_says(name, options):
+    env = make(name, **options)
+    world = from_gymnasium(env)
+    model, gamma = world.model, 0.9
+    policy = np.random.default_rng(0).integers(model.n_actions, size=model.n_states)
+    expected = values_by_the_table(env, policy, gamma)
+    policy[world.terminal] = 0
+    rows = model.pair_index(np.arange(model.n_states), policy)
+    P = model.P[rows].toarray()
+    found = np.linalg.solve(np.eye(model.n_states) - gamma * P, world.pair_reward[rows])
+    reached = np.flatnonzero(model.reachable(np.flatnonzero(world.start)))
+    compared = np.setdiff1d(reached, world.terminal)
+    np.testing.assert_allclose(found[compared], expected[compared], atol=1e-12)
+    np.testing.assert_allclose(found[world.terminal], 0, atol=1e-12)
+    assert compared.size > 10
+
+
+@pytest.mark.parametrize(("name", "options"), WORLDS)
+def test_runs_end_in_terminal_states_and_nowhere_else(name, options):
+    world = from_gymnasium(make(name, **options))
+    stays = world.model.P[world.model.pair_index(world.terminal, 0)]
+    np.testing.assert_array_equal(stays.toarray(), np.eye(world.model.n_states)[world.terminal])
+    feasible = world.model.mask.sum(axis=1)
+    assert (feasible[world.terminal] == 1).all()
+    assert (np.delete(feasible, world.terminal) == world.model.n_actions).all()
+    assert world.start.sum() == pytest.approx(1)
+    assert not world.start[world.terminal].any()
+
+
+def test_known_ends():
+    assert from_gymnasium(make("FrozenLake-v1")).terminal.tolist() == [5, 7, 11, 12, 15]
+    assert from_gymnasium(make("CliffWalking-v1")).terminal.tolist() == [47]
+    taxi = make("Taxi-v4")
+    encode = taxi.unwrapped.encode
+    delivered = [encode(*taxi.unwrapped.locs[k], k, k) for k in range(4)]
+    assert from_gymnasium(taxi).terminal.tolist() == sorted(delivered)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    # The optima that gymnasium registers with its environments; the cliff's is a 13-step walk.
+    [("FrozenLake-v1", 0.70, 0.78), ("Taxi-v4", 7.5, 8.46), ("CliffWalking-v1", -13, -13)],
+)
+def test_the_optimal_policy_earns_the_known_optimum(name, low, high):
+    env = make(name)
+    _, Q = optimal_q(from_gymnasium(env), gamma=0.999)
+    episodes = play(env, Q.argmax(axis=1), seed=0, episodes=400)
+    assert low <= episodes.returns.mean() <= high
+    for array, kind in (("returns", float), ("lengths", int), ("last_state", int)):
+        assert getattr(episodes, array).dtype == kind
+        assert getattr(episodes, array).shape == (400,)
+
+
+def test_equal_seeds_meet_equal_chance():
+    env = make("FrozenLake-v1")
+    _, Q = optimal_q(from_gymnasium(env))
+    a, b, other = (play(env, Q.argmax(axis=1), seed=s, episodes=30) for s in (1, 1, 2))
+    np.testing.assert_array_equal(a.lengths, b.lengths)
+    np.testing.assert_array_equal(a.returns, b.returns)
+    assert (a.lengths != other.lengths).any()
+
+
+def test_success_counts_goals_that_were_reached_in_time():
+    env = make("FrozenLake-v1")
+    _, Q = optimal_q(from_gymnasium(env))
+    episodes = play(env, Q.argmax(axis=1), seed=0, episodes=50)
+    reached = episodes.success(np.array([15]))
+    assert reached.successes == episodes.returns.sum() < 50
+    assert reached.interval[0] < reached.value < reached.interval[1]
+    hurried = play(env, Q.argmax(axis=1), seed=0, episodes=50, max_steps=3)
+    assert hurried.lengths.max() == 3
+    assert hurried.success(np.array([15])).successes == 0
+    # A run given up in a state is no success there.
+    assert hurried.success(np.arange(16)).successes == hurried.terminated.sum() < 50
+
+
+def test_a_policy_without_action_is_named():
+    with pytest.raises(InputError, match="no action in state 0"):
+        play(make("FrozenLake-v1"), np.full(16, -1), seed=0)
+    with pytest.raises(InputError, match="episodes"):
+        play(make("FrozenLake-v1"), np.zeros(16, int), seed=0, episodes=0)
+
+
+def small(table, start=(1, 0)):
+    """An environment reduced to what is read of it, with as many actions as state 0 has."""
+    world = SimpleNamespace(
+        P=table, initial_state_distrib=start, action_space=SimpleNamespace(n=len(table[0]))
+    )
+    return SimpleNamespace(unwrapped=world)
+
+
+def test_equal_successors_are_merged_with_their_mean_reward():
+    outcomes = [(0.25, 1, 4.0, True), (0.5, 1, 0.0, True), (0.25, 0, 2.0, False), (0.0, 0, 9, True)]
+    world = from_gymnasium(small({0: {0: outcomes}, 1: {0: [(1.0, 0, 5.0, False)]}}))
+    np.testing.assert_array_equal(world.model.P.toarray(), [[0.25, 0.75], [0, 1]])
+    np.testing.assert_array_equal(world.pair_reward, [1.5, 0])
+
+
+def test_what_is_no_transition_model_is_refused():
+    sometimes = {0: {0: [(1.0, 1, 0, True)], 1: [(1.0, 1, 0, False)]}, 1: {0: [(1.0, 0, 0, False)]}}
+    with pytest.raises(InputError, match="state 1 ends a run on some ways"):
+        from_gymnasium(small(sometimes))
+    with pytest.raises(InputError, match="sum to 1"):
+        from_gymnasium(small({0: {0: [(0.5, 1, 0, True)]}, 1: {0: [(1.0, 1, 0, True)]}}))
+    with pytest.raises(InputError, match="no table P"):
+        from_gymnasium(SimpleNamespace(unwrapped=SimpleNamespace()))

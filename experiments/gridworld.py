@@ -2,37 +2,44 @@
 
 Figures 6.3–6.6 and Table 6.2. The inverse temperature grows with the side n, for a border
 trajectory says "stay on the edge" n times for each "leave it here", and neither β nor the
-step knows where the goal is.
+step knows where the goal is. With ``--hard`` come the cases that this recipe fails at.
 """
 
-import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
-import matplotlib
-
-matplotlib.use("Agg")  # figures go to files; no display is needed
-
-import matplotlib.pyplot as plt
 import numpy as np
-import torch
-from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
-from tqdm import tqdm
 
 from experiments.command import Output, execute
-from irl.choices import check_range
-from irl.domains.gridworld import ACTIONS, MOVES, GridWorld, goal_cell
+from experiments.gridworld_hard import cases, hard_rows
+from experiments.gridworld_learning import (
+    Lesson,
+    Mapper,
+    Run,
+    Settings,
+    learn,
+    mapper,
+    policy_of,
+    run_all,
+)
+from experiments.gridworld_plots import (
+    plot_curves,
+    plot_hard,
+    plot_hard_policies,
+    plot_policy,
+    plot_preferences,
+    plot_times,
+)
+from irl.choices import check_choice, check_range
+from irl.domains.gridworld import GridWorld, goal_cell
 from irl.errors import InputError
-from irl.likelihood import LikelihoodProblem
 from irl.preferences import StatePreferences
-from irl.training import TrainingConfig, train
-from irl.vr_function import VRFunction, torch_generator
+from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES
 
-COLOURS = ("tab:orange", "gold", "tab:green", "tab:blue")  # right, up, left, down: Figure 6.5
-EVALUATIONS = 60  # points on each accuracy curve, dense where learning is fast
-ARROWS_UP_TO = 35  # cells a side; beyond, arrows would be specks
+PUBLISHED = {7: 0.0106, 25: 0.0377, 35: 0.0541, 101: 0.0845}
+"""Seconds an iteration by side, thesis Table 6.2; 2000 iterations, hardware not told."""
 
 
 @dataclass
@@ -47,8 +54,8 @@ class Config:
     """Added to every one of the seeds."""
     trajectories: Literal["diagonal", "border"] = "diagonal"
     """Along the diagonals, or along the edge and straight in."""
-    goal: Literal["centre", "offset"] = "centre"
-    """The middle cell, or the cell (n // 4, 2n // 3)."""
+    goal: Literal["centre", "offset", "corner"] = "centre"
+    """The middle cell, the cell (n // 4, 2n // 3), or the cell (0, 0)."""
     state_preferences: bool = False
     """Prefer the goal and avoid the cells at the limits, ±20 % of the learnt value."""
     additive: bool = True
@@ -61,59 +68,31 @@ class Config:
     """Inverse temperature per cell of the side: β = 10 n."""
     hidden: tuple[int, ...] = (32, 32)
     """Widths of the hidden layers."""
+    hard: bool = False
+    """Also learn the hard cases: a goal at a corner, walls, wrong actions, an unseen quadrant."""
+    hard_size: int = 25
+    """Cells a side of the hard cases, odd."""
+    hard_seeds: int = 10
+    """Runs of each hard case and kind of help, from seed on."""
+    wrong: tuple[float, ...] = (0.1, 0.3)
+    """Shares of wrong actions among the demonstrated ones."""
+    queries: int = 8
+    """Queries where the hard cases have help by queries, each answered with a trajectory."""
+    state_query: str = "visitation_entropy"
+    """Which state a query is about, a name in irl.queries.STATE_STRATEGIES without committee."""
+    workers: int = 1
+    """Processes; the results do not depend on it, times may."""
     out: Path = field(default_factory=lambda: Path("out/gridworld"))
     """Where results go."""
 
-
-@dataclass(frozen=True)
-class Run:
-    """One network's story: accuracy after each evaluation, the policy, the time it took."""
-
-    iteration: list[int]
-    accuracy: list[float]
-    policy: np.ndarray
-    seconds_per_iteration: float
-
-
-def training_config(world: GridWorld, config: Config) -> TrainingConfig:
-    """One rule for all grids and goals."""
-    return TrainingConfig(
-        iterations=config.iterations, step=config.step, beta=config.beta_per_cell * world.n
-    )
-
-
-def learn(world: GridWorld, config: Config, seed: int, additive: bool, bar: tqdm) -> Run:
-    """Train one network, following its policy's accuracy along the way."""
-    rng = np.random.default_rng(seed)
-    network = VRFunction(2, config.hidden, generator=torch_generator(rng), additive=additive)
-    problem = LikelihoodProblem.build(world.model, *world.demonstrations(config.trajectories))
-    training = training_config(world, config)
-    preferences = world.preferences() if config.state_preferences else StatePreferences()
-
-    def policy() -> np.ndarray:
-        f = preferences.apply(network.values(world.features))
-        return world.model.q_values(f).argmax(axis=1)
-
-    evaluations = set(np.geomspace(1, config.iterations, EVALUATIONS).round().astype(int))
-    iteration, accuracy, watching = [0], [world.accuracy(policy())], 0.0
-
-    def watch(done: int, _: float) -> None:
-        nonlocal watching
-        began = time.perf_counter()
-        if done in evaluations:
-            iteration.append(done)
-            accuracy.append(world.accuracy(policy()))
-            bar.update(done - iteration[-2])
-        watching += time.perf_counter() - began
-
-    began = time.perf_counter()
-    train(network, problem, world.features, training, rng, watch)
-    seconds = time.perf_counter() - began - watching
-    return Run(iteration, accuracy, policy(), seconds / config.iterations)
+    @property
+    def settings(self) -> Settings:
+        """How every network learns."""
+        return Settings(self.iterations, self.step, self.beta_per_cell, self.hidden)
 
 
 def row(world: GridWorld, config: Config, runs: list[Run]) -> dict[str, Any]:
-    """What ``result.json`` says of one size."""
+    """What ``result.json`` says of one size; times are in seconds."""
     states, _ = world.demonstrations(config.trajectories)
     return {
         "size": world.n,
@@ -124,126 +103,126 @@ def row(world: GridWorld, config: Config, runs: list[Run]) -> dict[str, Any]:
         "seeds": [config.seed + s for s in config.seeds],
         "demonstrated_fraction": np.unique(states).size / world.n_states,
         "accuracy": [run.accuracy[-1] for run in runs],
+        "accuracy_shortest": [run.shortest for run in runs],
         "seconds_per_iteration": float(np.median([run.seconds_per_iteration for run in runs])),
+        "seconds_per_iteration_thesis": PUBLISHED.get(world.n),
+        "wall_s": [run.wall_s for run in runs],
+        "cpu_s": [run.cpu_s for run in runs],
         "iterations": config.iterations,
     }
 
 
-def draw_cells(axes: Axes, world: GridWorld, colour: np.ndarray, palette: list[str]) -> None:
-    """Fill each cell with its entry of ``palette`` and mark the goal with a star."""
-    n = world.n
-    norm = BoundaryNorm(np.arange(len(palette) + 1) - 0.5, len(palette))
-    axes.imshow(colour.reshape(n, n), origin="lower", cmap=ListedColormap(palette), norm=norm)
-    if n <= ARROWS_UP_TO:
-        axes.set_xticks(np.arange(n + 1) - 0.5, [])
-        axes.set_yticks(np.arange(n + 1) - 0.5, [])
-        axes.grid(color="white", linewidth=0.5)
-        axes.tick_params(length=0)
-    axes.plot(*world.goal, marker="*", color="black", markersize=max(6, 100 / n))
-    axes.set_xlabel("x")
-    axes.set_ylabel("y")
+def checked_worlds(config: Config) -> list[GridWorld]:
+    """The grids, once all settings are known to be good.
+
+    Raises:
+        InputError: naming the setting that is not.
+    """
+    for name in ("sizes", "seeds"):
+        if not getattr(config, name):
+            raise InputError(f"{name}: at least one value is needed")
+    for name, low in (("iterations", 1), ("workers", 1), ("hard_seeds", 1), ("queries", 0)):
+        check_range(name, getattr(config, name), low)
+    check_range("hidden", min(config.hidden, default=1), 1)
+    check_range("seed + seeds", config.seed + min(config.seeds), 0)
+    for share in config.wrong:
+        check_range("wrong", share, 0, 1)
+    check_choice("state_query", config.state_query, STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES)
+    worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]
+    for world in worlds:
+        config.settings.training(world.n)
+    return worlds
 
 
-def draw_arrows(axes: Axes, world: GridWorld, state: np.ndarray, action: np.ndarray) -> None:
-    """Draw an arrow for each pair, on grids where it can be seen."""
-    if world.n <= ARROWS_UP_TO:
-        at, move = world.cells[state], MOVES[action]
-        axes.quiver(
-            *at.T, *move.T, pivot="mid", angles="xy", scale_units="xy", scale=1.6,
-            units="xy", width=0.08, headlength=3, headaxislength=3,
-        )  # fmt: skip
-
-
-def draw_problem(axes: Axes, world: GridWorld, config: Config) -> None:
-    """Figure 6.3: demonstrations as arrows on grey, cells nobody visited yellow."""
-    state, action = world.demonstrations(config.trajectories)
-    colour = np.zeros(world.n_states, dtype=int)
-    if config.state_preferences:
-        colour[world.preferences().avoided] = 1
-    colour[state] = 2
-    colour[world.goal_state] = 3
-    draw_cells(axes, world, colour, ["khaki", "lightskyblue", "lightgrey", "limegreen"])
-    draw_arrows(axes, world, state, action)
-    axes.set_title(f"{config.trajectories} demonstrations")
-
-
-def draw_policy(axes: Axes, world: GridWorld, config: Config, run: Run) -> None:
-    """Figures 6.4 and 6.5: a colour for each action, demonstrated cells grey."""
-    demonstrated, _ = world.demonstrations(config.trajectories)
-    colour = run.policy.copy()
-    colour[demonstrated] = 4
-    colour[world.goal_state] = 5
-    draw_cells(axes, world, colour, [*COLOURS, "lightgrey", "white"])
-    others = np.delete(np.arange(world.n_states), world.goal_state)
-    draw_arrows(axes, world, others, run.policy[others])
-    for name, tint in zip((*ACTIONS, "demonstrated"), (*COLOURS, "lightgrey"), strict=True):
-        axes.scatter([], [], marker="s", color=tint, label=name)
-    axes.figure.legend(loc="outside lower right", ncols=5)
-    axes.set_title(f"policy, accuracy {run.accuracy[-1]:.1%}")
-
-
-def save_maps(output: Output, world: GridWorld, config: Config, run: Run) -> None:
-    """The problem and one learnt policy, side by side."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 6.2), layout="constrained")
-    draw_problem(left, world, config)
-    draw_policy(right, world, config, run)
-    with output.file(f"policy_{world.n}.png") as path:
-        figure.savefig(path, dpi=120)
-    plt.close(figure)
-
-
-def save_curves(output: Output, curves: dict[str, list[Run]]) -> None:
-    """Figure 6.6: accuracy along the iterations, mean and range over the seeds."""
-    figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
-    for label, runs in curves.items():
-        accuracy = np.array([run.accuracy for run in runs])
-        (line,) = axes.plot(runs[0].iteration, accuracy.mean(axis=0), label=label)
-        axes.fill_between(
-            runs[0].iteration, accuracy.min(axis=0), accuracy.max(axis=0),
-            color=line.get_color(), alpha=0.2, linewidth=0,
-        )  # fmt: skip
-    axes.set_xscale("symlog", linthresh=1)
-    axes.set(
-        xlabel="iteration",
-        ylabel="cells that reach the goal (share)",
-        ylim=(0, 1.02),
-        xlim=(0, None),
-    )
-    axes.grid(alpha=0.3)
-    axes.legend(title="mean and range over seeds", loc="lower right")
+def solvable(
+    config: Config, worlds: list[GridWorld], output: Output, over: Mapper
+) -> dict[str, Any]:
+    """Figures 6.3, 6.5, 6.6 and Table 6.2: every size with every seed."""
+    kinds = {"rows": False, "rows_additive": True} if config.additive else {"rows": False}
+    lessons = [
+        Lesson(
+            world,
+            config.trajectories,
+            config.seed + seed,
+            config.settings,
+            additive,
+            config.state_preferences,
+        )
+        for world, additive, seed in product(worlds, kinds.values(), config.seeds)
+    ]
+    runs = iter(run_all(learn, lessons, over, "gridworld"))
+    result: dict[str, Any] = {kind: [] for kind in kinds}
+    curves: dict[str, list[Run]] = {}
+    for world in worlds:
+        for kind in kinds:
+            group = [next(runs) for _ in config.seeds]
+            result[kind].append(row(world, config, group))
+            if kind == "rows":
+                curves[f"{world.n} × {world.n}"] = group
+                with output.file(f"policy_{world.n}.png") as path:
+                    plot_policy(
+                        world, config.trajectories, group[0], config.state_preferences, path
+                    )
     with output.file("accuracy.png") as path:
-        figure.savefig(path, dpi=120)
-    plt.close(figure)
+        plot_curves(curves, path)
+    with output.file("time.png") as path:
+        plot_times(result["rows"], PUBLISHED, path)
+    return result
+
+
+def correction(config: Config, output: Output, over: Mapper) -> list[dict[str, Any]]:
+    """Figure 6.4: how state preferences turn demonstrations along the limits inwards.
+
+    With our inverse temperature and with β = 1: preferences move f by a share of itself, and the
+    larger β is, the nearer to 0 can f explain the demonstrations.
+    """
+    world = GridWorld(7, goal_cell(7, "centre"))
+    seeds = [config.seed + s for s in config.seeds]
+    betas = (1.0, config.beta_per_cell * world.n)
+    lessons = [
+        Lesson(world, "border", seed, replace(config.settings, beta_per_cell=beta / world.n))
+        for beta, seed in product(betas, seeds)
+    ]
+    runs = run_all(learn, lessons, over, "preferences")
+    rows, policies = [], {}
+    for beta, preferred in product(betas, (False, True)):
+        preferences = world.preferences() if preferred else StatePreferences()
+        group = runs[: len(seeds)] if beta == betas[0] else runs[len(seeds) :]
+        learnt = [policy_of(world, run.f, preferences) for run in group]
+        rows.append(
+            {
+                "size": world.n,
+                "trajectories": "border",
+                "beta": beta,
+                "state_preferences": preferred,
+                "seeds": seeds,
+                "accuracy": [world.accuracy(policy) for policy in learnt],
+                "stays_at_limits": [world.stays_at_limits(policy) for policy in learnt],
+            }
+        )
+        name = f"β = {beta:g}, {'with' if preferred else 'without'} state preferences"
+        policies[name] = learnt[0]
+    with output.file("preferences.png") as path:
+        plot_preferences(world, "border", policies, path)
+    return rows
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Learn every grid with every seed; plot and tabulate."""
-    # Mistakes are told before any work begins.
-    for name in ("sizes", "seeds"):
-        if not getattr(config, name):
-            raise InputError(f"{name}: at least one value is needed")
-    check_range("iterations", config.iterations, 1)
-    check_range("hidden", min(config.hidden, default=1), 1)
-    check_range("seed + seeds", config.seed + min(config.seeds), 0)
-    worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]
-    for world in worlds:
-        training_config(world, config)
-    torch.set_num_threads(1)  # the networks are far too small to share
-    kinds = {"rows": False, "rows_additive": True} if config.additive else {"rows": False}
-    result: dict[str, Any] = {kind: [] for kind in kinds}
-    curves: dict[str, list[Run]] = {}
-    total = len(worlds) * len(config.seeds) * len(kinds) * config.iterations
-    with tqdm(total=total, unit="it", desc="gridworld") as bar:
-        for world in worlds:
-            for kind, additive in kinds.items():
-                name = f"{world.n} × {world.n}" + (", additive" if additive else "")
-                bar.set_postfix_str(name)
-                runs = [learn(world, config, config.seed + s, additive, bar) for s in config.seeds]
-                result[kind].append(row(world, config, runs))
-                if not additive:
-                    curves[name] = runs
-            save_maps(output, world, config, curves[f"{world.n} × {world.n}"][0])
-    save_curves(output, curves)
+    worlds = checked_worlds(config)  # mistakes are told before any work begins
+    hard = cases(config.hard_size, config.trajectories, config.wrong) if config.hard else []
+    with mapper(config.workers) as over:
+        result = solvable(config, worlds, output, over)
+        result["preference_rows"] = correction(config, output, over)
+        if hard:
+            seeds = range(config.seed, config.seed + config.hard_seeds)
+            result["hard_rows"], first = hard_rows(
+                hard, config.queries, config.state_query, seeds, config.settings, over
+            )
+            with output.file("hard.png") as path:
+                plot_hard(result["hard_rows"], path)
+            with output.file("hard_policies.png") as path:
+                plot_hard_policies(hard, result["hard_rows"], first, path)
     return result
 
 

@@ -21,6 +21,35 @@ def test_rows_are_sorted_by_state_then_action_whatever_the_order():
     assert model.first_pair.tolist() == [0, 1, 2]
 
 
+def test_the_order_of_entries_makes_no_difference(random_model):
+    whole = random_model(np.random.default_rng(5))
+    entries = whole.P.tocoo()
+    columns = whole.pair_state[entries.row], whole.pair_action[entries.row], entries.col
+    for rng in (None, np.random.default_rng(0)):  # in order already, and shuffled
+        order = np.arange(entries.nnz) if rng is None else rng.permutation(entries.nnz)
+        again = TransitionModel.from_entries(
+            30, 4, *(c[order] for c in columns), entries.data[order]
+        )
+        np.testing.assert_array_equal(again.pair_state, whole.pair_state)
+        np.testing.assert_array_equal(again.pair_action, whole.pair_action)
+        np.testing.assert_array_equal(again.P.toarray(), whole.P.toarray())
+        assert again.P.has_canonical_format
+        assert again.P.indices.dtype == np.int32
+
+
+def test_the_model_does_not_share_its_probabilities_with_the_caller():
+    p = np.ones(2)
+    model = TransitionModel.from_entries(2, 1, np.arange(2), np.zeros(2, int), np.arange(2), p)
+    p[:] = 0
+    np.testing.assert_array_equal(model.P.toarray(), np.eye(2))
+
+
+def test_entries_that_occur_twice_are_found_next_to_each_other_too():
+    zero = np.zeros(2, dtype=int)
+    with pytest.raises(InputError, match="occurs twice"):
+        TransitionModel.from_entries(2, 2, zero, zero, zero, np.full(2, 0.5))
+
+
 @pytest.mark.parametrize(
     ("field", "values", "words"),
     [

@@ -19,7 +19,7 @@ from experiments.command import Output, execute
 from experiments.robot_data import FEASIBILITY, MAP, save_feasibility
 from experiments.workspace_plots import plot_slices, write_scene
 from irl.choices import check_choice, check_range
-from models import feasibility, reachability, workspace_audit
+from models import feasibility, reachability, workspace_audit, workspace_csv
 from models.feasibility import Feasibility
 from models.gripper_poses import Layer, gripper_pose
 from models.inverse_kinematics import IkSolution, solve
@@ -27,7 +27,7 @@ from models.kinematics import MARGIN, PlanningScene
 from models.reachability import ReachabilityMap
 from models.reachability_csv import write_map
 from models.task.spaces import GRIPPER_NAMES, POSITIONS
-from models.workspace import FAILURES, Grid
+from models.workspace import CLEARANCE_LIMIT, FAILURES, Grid
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,10 @@ def workspace(config: Config, output: Output) -> dict[str, Any]:
     wall = perf_counter() - began
     with output.file(workspace_run.FILE) as path:
         workspace_run.write_map(the_map, config.margin, path)
+    began = perf_counter()
+    with output.file(MAP) as path:
+        workspace_csv.write_map(the_map, config.margin, path)
+    csv_s = perf_counter() - began
     workspace_run.discard(chunks)
     with output.file("workspace.png") as path:
         plot_slices(the_map, path)
@@ -95,6 +99,11 @@ def workspace(config: Config, output: Output) -> dict[str, Any]:
         "solves_per_s": plan.grid.total / seconds,
         "worker_s": seconds,
         "wall_s": wall,
+        "map_csv": {
+            "columns": workspace_csv.COLUMNS,
+            "largest_clearance_m": CLEARANCE_LIMIT,
+            "seconds": csv_s,
+        },
     }
     print(f"{result['reachable']:,} of {result['total']:,} poses reachable")
     for name, number in failures.items():

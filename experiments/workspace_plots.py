@@ -9,6 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
@@ -21,7 +22,10 @@ from models.scene import ARM, add_models
 from models.workspace_map import WorkspaceMap
 
 COLOURS = "viridis"
+TITLE = "Workspace map"
 SLICES = 5
+CAMERA, FOCUS = (1.35, -1.15, 1.25), (0.4, 0.0, 0.55)
+"""Where the page's viewer stands and looks at first, in the world [m]."""
 _BOX, _TABLE, _TOP = (-0.12, 0.12), (0.35, 0.75), 0.5  # furniture along x, and its height [m]
 _BOX_Y, _TABLE_Y = (-0.12, 0.12), (-0.2, 0.2)
 
@@ -72,13 +76,12 @@ def _slice(axis: Axes, x: np.ndarray, y: np.ndarray, share: np.ndarray, title: s
     return image
 
 
-def write_scene(the_map: WorkspaceMap, path: Path, size: float = 0.008) -> None:
+def write_scene(the_map: WorkspaceMap, path: Path) -> None:
     """The robot at home among points coloured by the share of orientations, as one HTML page.
 
     Args:
         the_map: what to show; voxels that no orientation reaches are left out.
         path: page to write.
-        size: of the points [m].
     """
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     builder = DiagramBuilder()
@@ -97,6 +100,27 @@ def write_scene(the_map: WorkspaceMap, path: Path, size: float = 0.008) -> None:
     points = [axis[i] for axis, i in zip(the_map.grid.axes(), voxels.T, strict=True)]
     cloud.mutable_xyzs()[:] = np.array(points, dtype=np.float32)
     colours = matplotlib.colormaps[COLOURS](share[tuple(voxels.T)])[:, :3]
-    cloud.mutable_rgbs()[:] = np.round(255 * colours).T.astype(np.uint8)
-    meshcat.SetObject("reachable", cloud, point_size=size)
-    path.write_text(meshcat.StaticHtml())
+    # The page takes colours of points for linear light.
+    cloud.mutable_rgbs()[:] = np.round(255 * colours**2.2).T.astype(np.uint8)
+    # Small enough to see the robot between them.
+    meshcat.SetObject("reachable", cloud, point_size=0.35 * the_map.grid.spacing)
+    meshcat.SetCameraPose(CAMERA, FOCUS)
+    page = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{TITLE}</title>")
+    path.write_text(page.replace("</body>", _legend() + "</body>"), encoding="utf-8")
+
+
+def _legend() -> str:
+    """The colours' meaning, as HTML in a corner of the page."""
+    stops = [to_hex(colour) for colour in matplotlib.colormaps[COLOURS](np.linspace(0.0, 1.0, 9))]
+    return f"""
+<div style="position: fixed; left: 16px; bottom: 16px; width: 320px; padding: 10px 14px;
+            font: 14px sans-serif; color: black; background: rgba(255, 255, 255, 0.85)">
+  {TITLE}: share of the 18 gripper orientations in which the tool centre point is reached,
+  free of collisions. Places out of reach are left out.
+  <div style="height: 14px; margin-top: 8px;
+              background: linear-gradient(to right, {", ".join(stops)})"></div>
+  <div style="display: flex; justify-content: space-between">
+    <span>0&#8239;%</span><span>50&#8239;%</span><span>100&#8239;%</span>
+  </div>
+</div>
+"""

@@ -14,15 +14,14 @@ that furniture needs to know.
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Box, Capsule, Cylinder, GeometryId, Role, Shape
 from pydrake.math import RigidTransform
 
-from models import gen3_ik
+from models.compiled import compiled
 from models.errors import ModelError
-from models.gen3_ik import Array
+from models.gen3_chain import Array, link_frames
 from models.kinematics import PlanningScene
 from models.scene import ARM
 
@@ -150,7 +149,7 @@ def verdicts(capsules: Capsules, q: Array, margin: float) -> NDArray[np.int64]:
     return _verdicts(capsules, np.ascontiguousarray(q, dtype=np.float64), margin)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _verdicts(capsules: Capsules, q: Array, margin: float) -> NDArray[np.int64]:
     frames, start, end = arrays(capsules)
     result = np.empty(len(q), dtype=np.int64)
@@ -159,14 +158,14 @@ def _verdicts(capsules: Capsules, q: Array, margin: float) -> NDArray[np.int64]:
     return result
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def arrays(capsules: Capsules) -> tuple[Array, Array, Array]:
     """What `check` works in: frames of the links, starts and ends of the capsules in B."""
     count = len(capsules.radius)
     return np.empty((8, 3, 4)), np.empty((count, 3)), np.empty((count, 3))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def check(
     capsules: Capsules,
     q: Array,
@@ -177,7 +176,7 @@ def check(
     hand: bool,
 ) -> int:
     """One of `verdicts`; without ``hand``, leaving out the hand against the furniture."""
-    gen3_ik.link_frames(q, frames)
+    link_frames(q, frames)
     place(capsules, frames, start, end)
     result = FREE
     for i in range(len(capsules.against)):
@@ -201,7 +200,7 @@ def check(
     return result
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def place(capsules: Capsules, frames: Array, start: Array, end: Array) -> None:
     """Write the ends of the capsules in B ``[n, 3]``."""
     for i in range(len(capsules.radius)):
@@ -214,7 +213,7 @@ def place(capsules: Capsules, frames: Array, start: Array, end: Array) -> None:
             start[i, k], end[i, k] = s, e
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _to_segment(a: Array, b: Array, c: Array, d: Array, limit: float) -> float:
     """Squared distance of segments ab and cd [m²]; larger, but above ``limit``², if far apart."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -240,7 +239,7 @@ def _to_segment(a: Array, b: Array, c: Array, d: Array, limit: float) -> float:
     return x * x + y * y + z * z
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _to_box(a: Array, b: Array, low: Array, high: Array, limit: float) -> float:
     """Squared distance of segment ab and a box [m²]; larger, but above ``limit``², if far apart.
 

@@ -4,10 +4,10 @@ Frame B is the arm's base, E its end effector (`description/gen3_lite.urdf`), wh
 or a table does not change.
 """
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.compiled import compiled
 from models.rotations import rotation_x, rotation_y
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ def tune(q: ArrayLike, R_BE: ArrayLike, p_BE: ArrayLike) -> Array | None:
     return tuned[0] if tune_batch(tuned, R, p)[1, 0] < TOLERANCE else None
 
 
-@numba.njit(cache=True)
+@compiled()
 def tune_batch(q: Array, R_BE: Array, p_BE: Array) -> Array:
     """`tune` of n starts ``q [n, 6]``, each for its own pose, in place.
 
@@ -79,7 +79,7 @@ def tune_batch(q: Array, R_BE: Array, p_BE: Array) -> Array:
     return errors
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _tune(q: Array, R_BE: Array, p_BE: Array) -> tuple[float, float]:
     J, error = np.empty((6, 6)), np.empty(6)
     before = worst = np.inf
@@ -111,7 +111,7 @@ def _tune(q: Array, R_BE: Array, p_BE: Array) -> tuple[float, float]:
     return before, worst
 
 
-@numba.njit(cache=True)
+@compiled()
 def _least_squares_step(J: Array, x: Array, damping: float) -> None:
     """Replace ``x [6]`` by J^T (J J^T + damping)^-1 x, by Cholesky's decomposition."""
     C = np.zeros((6, 6))
@@ -138,7 +138,7 @@ def _least_squares_step(J: Array, x: Array, damping: float) -> None:
     x[:] = step
 
 
-@numba.njit(cache=True)
+@compiled()
 def _chain(q: Array, J: Array) -> tuple[Array, Array]:
     """R_BE ``[3, 3]``, p_BE ``[3]``; writes the Jacobian ``J [6, 6]``: angular, linear, in B."""
     R, p, turned = np.eye(3), np.zeros(3), np.empty(3)

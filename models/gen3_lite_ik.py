@@ -8,10 +8,10 @@ of multiple roots. Where solutions merge, within about 1e-3 rad, one of them may
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.compiled import compiled
 from models.errors import ModelError
 from models.gen3_lite_chain import LIMIT, TOLERANCE, tune_batch
 from models.gen3_lite_polynomial import SOLUTIONS, approximate
@@ -108,7 +108,7 @@ def _solve(R: Array, p: Array) -> Solutions:
 
 
 # Numba's cache does not see changes in other modules: compiled code stays within its module.
-@numba.njit(cache=True)
+@compiled()
 def _distinct(
     pose: NDArray[np.int64], q: Array, n_poses: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
@@ -124,7 +124,7 @@ def _distinct(
     return kept, place
 
 
-@numba.njit(cache=True)
+@compiled()
 def _is_new(q: Array, others: Array) -> bool:
     for other in others:
         apart = 0.0

@@ -33,10 +33,10 @@ r − δ n − d4 f gives q2; f gives q3, u gives q4, and k gives q5. Where n �
 there the length of the upper arm gives it.
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from models.compiled import compiled
 from models.gen3_lite_chain import ORIGIN
 from models.trigonometric_roots import trigonometric_roots
 
@@ -76,7 +76,7 @@ def out_of_reach(R_BE: Array, p_BE: Array) -> NDArray[np.bool_]:
     return np.linalg.norm(wrist, axis=-1) > longest + 1e-5
 
 
-@numba.njit(cache=True)
+@compiled()
 def polynomials(R: Array, p: Array) -> Array:
     """F at 17 equispaced q6, the first of them 0, for n poses: ``[n, 17]``."""
     values = np.empty((len(R), SOLUTIONS + 1))
@@ -115,7 +115,7 @@ def approximate(R: Array, p: Array) -> tuple[NDArray[np.int64], Array, Array]:
     return np.nonzero(written)[0], rough[written], closure[written]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _approximate(
     R: Array, p: Array, roots: NDArray[np.complex128], rough: Array, closure: Array
 ) -> None:
@@ -123,7 +123,7 @@ def _approximate(
         _approximate_one(R[i], p[i], roots[i], rough[i], closure[i])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _approximate_one(
     R: Array, p: Array, roots: NDArray[np.complex128], rough: Array, closure: Array
 ) -> None:
@@ -151,7 +151,7 @@ def _approximate_one(
                 count += 1
 
 
-@numba.njit(cache=True)
+@compiled()
 def _wrist(q6: float, R: Array, p: Array) -> tuple[Vector, Vector, Vector]:
     """Vectors w, u and r."""
     c, s = np.cos(q6), np.sin(q6)
@@ -160,7 +160,7 @@ def _wrist(q6: float, R: Array, p: Array) -> tuple[Vector, Vector, Vector]:
     return w, u, _sum(1.0, w, -_WRIST, u)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _forearm(n: Vector, u: Vector, planar: Vector, sign: float) -> Vector:
     """Direction f across n, and across u too unless that is open; then so that the elbow closes."""
     f = _cross(n, u)
@@ -173,7 +173,7 @@ def _forearm(n: Vector, u: Vector, planar: Vector, sign: float) -> Vector:
     return _sum(np.cos(bend) / reach, planar, np.sin(bend) / reach, _cross(n, planar))
 
 
-@numba.njit(cache=True)
+@compiled()
 def _joints(n: Vector, u: Vector, f: Vector, upper_arm: Vector, R: Array, q: Array) -> None:
     """Write q1 to q5 into ``q [6]``."""
     q[0] = np.arctan2(n[0], -n[1])
@@ -186,18 +186,18 @@ def _joints(n: Vector, u: Vector, f: Vector, upper_arm: Vector, R: Array, q: Arr
     q[4] = np.arctan2(-_dot(k, _cross(f, u)), _dot(k, f))
 
 
-@numba.njit(cache=True)
+@compiled()
 def _dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True)
+@compiled()
 def _sum(s: float, a: Vector, t: float, b: Vector) -> Vector:
     """Linear combination s a + t b."""
     return s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]
 
 
-@numba.njit(cache=True)
+@compiled()
 def _cross(a: Vector, b: Vector) -> Vector:
     return (
         a[1] * b[2] - a[2] * b[1],

@@ -28,8 +28,6 @@ class Failure(StrEnum):
     """No posture that was tried meets the pose."""
     JOINT_LIMIT = "joint limit"
     """Postures meet the pose, but all that were found are beyond a joint limit."""
-    SOLVER = "solver"
-    """What the solver called an answer did not pass forward kinematics."""
     SELF_COLLISION = "self-collision"
     """The robot is in its own way in all that were found."""
     COLLISION = "collision"

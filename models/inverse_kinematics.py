@@ -13,8 +13,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from pydrake.math import RigidTransform
 
-from models import gen3_ik
+from models import gen3_chain, gen3_ik
 from models.capsules import FURNITURE, SELF, Capsules, capsules_of, verdicts
+from models.gen3_branches import wrist_in_reach
+from models.gen3_newton import BEYOND_LIMITS
 from models.ik_solution import (
     ANGLE_TOLERANCE,
     POSITION_TOLERANCE,
@@ -137,7 +139,7 @@ class ClosedForm:
     ) -> IkSolution:
         """`solve` by sweeping q3 from ``seed`` all around, then about the best answer."""
         R, p = self.end_effector(X_WG)
-        if not gen3_ik.wrist_in_reach(R, p):
+        if not wrist_in_reach(R, p):
             return IkSolution(None, None, Failure.OUT_OF_REACH, 0)
         best: Clearance | None = None
         for width, count in _SWEEPS:
@@ -152,10 +154,7 @@ class ClosedForm:
         if best is not None:
             return IkSolution(None, best, collision_failure(best), count)
         met = gen3_ik.solve_first(R[None], p[None], grid)[1][0]
-        failure = {
-            gen3_ik.MET: Failure.SOLVER,
-            gen3_ik.BEYOND_LIMITS: Failure.JOINT_LIMIT,
-        }.get(met, Failure.NOT_FOUND)
+        failure = Failure.JOINT_LIMIT if met == BEYOND_LIMITS else Failure.NOT_FOUND
         return IkSolution(None, None, failure, count)
 
     def _refined(
@@ -233,7 +232,7 @@ def closed_form(scene: PlanningScene) -> ClosedForm | None:
 
 def _recognise(scene: PlanningScene) -> ClosedForm | None:
     if not (
-        np.array_equal(scene.upper, gen3_ik.LIMIT) and np.array_equal(-scene.lower, scene.upper)
+        np.array_equal(scene.upper, gen3_chain.LIMIT) and np.array_equal(-scene.lower, scene.upper)
     ):
         return None
     plant, context = scene.plant, scene.context
@@ -243,6 +242,6 @@ def _recognise(scene: PlanningScene) -> ClosedForm | None:
     X_GE = plant.GetFrameByName("tcp").CalcPoseInWorld(context).InvertAndCompose(X_WE)
     known = ClosedForm(X_WB.inverse(), X_GE, capsules_of(scene))
     R, p = known.end_effector(scene.forward(HOME))
-    R_closed, p_closed = gen3_ik.forward(HOME)
+    R_closed, p_closed = gen3_chain.forward(HOME)
     same = np.allclose(R, R_closed, atol=1e-9) and np.allclose(p, p_closed, atol=1e-9)
     return known if same else None

@@ -6,15 +6,16 @@ Drake's forward kinematics and distance query confirm every pose that counts as 
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform
 
-from models import capsules, gen3_ik
-from models.capsules import Capsules
+from models.capsules import DOUBTFUL, FREE, SELF, Capsules, arrays, check
+from models.compiled import compiled
 from models.errors import ModelError
-from models.gen3_ik import Array
+from models.gen3_branches import BRANCHES, solve_into, wrist_in_reach
+from models.gen3_chain import Array
+from models.gen3_newton import BEYOND_LIMITS, MET, NOT_MET, OUT_OF_REACH, work_arrays
 from models.gripper_poses import gripper_pose
 from models.ik_solution import Failure, collision_failure, reaches
 from models.inverse_kinematics import closed_form
@@ -30,7 +31,7 @@ CLEARANCE_LIMIT = 0.02
 _SWEEP = 128  # values of q3, a power of two
 _CANDIDATES = 48  # postures of one pose that the exact query looks at
 _TOLERANCE = 1e-6  # of the closed form [m, rad]
-_BY_ITSELF, _BY_FURNITURE = gen3_ik.MET + 1, gen3_ik.MET + 2  # certain collisions that were seen
+_BY_ITSELF, _BY_FURNITURE = MET + 1, MET + 2  # certain collisions that were seen
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,7 @@ class WorkspaceSolver:
                 q.append(candidates[i, best[0]])
                 clearance.append(best[1].distance)
             else:
-                failure = refused or _FAILURES[int(seen[i])]
+                failure = refused or self._unproposed(int(seen[i]), candidates[i, 0])
                 reason[i] = 1 + FAILURES.index(failure)
         return Decisions(
             reason,
@@ -178,62 +179,68 @@ class WorkspaceSolver:
                 best = clearance
         return None, None if best is None else collision_failure(best)
 
+    def _unproposed(self, seen: int, q: Array) -> Failure:
+        """Why no candidate met the pose; ``q [7]`` does if all postures collided for certain."""
+        collided = seen in (_BY_ITSELF, _BY_FURNITURE)
+        if collided and self._scene.hand_is_blocked(q.astype(np.float64), self.margin):
+            return Failure.BLOCKED
+        return _FAILURES[seen]
+
 
 _FAILURES = {
-    gen3_ik.OUT_OF_REACH: Failure.OUT_OF_REACH,
-    gen3_ik.NOT_MET: Failure.NOT_FOUND,
-    gen3_ik.BEYOND_LIMITS: Failure.JOINT_LIMIT,
-    gen3_ik.MET: Failure.SOLVER,
+    OUT_OF_REACH: Failure.OUT_OF_REACH,
+    NOT_MET: Failure.NOT_FOUND,
+    BEYOND_LIMITS: Failure.JOINT_LIMIT,
+    MET: Failure.NOT_FOUND,  # within the tolerances
     _BY_ITSELF: Failure.SELF_COLLISION,
     _BY_FURNITURE: Failure.COLLISION,
 }
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _search(
     R: Array, p: Array, q3: Array, model: Capsules, margin: float
 ) -> tuple[NDArray[np.int8], NDArray[np.int64], Array]:
     """Candidates for the exact query: ``[n, k, 7]`` and their numbers ``[n]``; what was seen.
 
-    The first candidate is free by its capsules, where there is one; the rest are doubtful. The
+        The first candidate is free by its capsules, where there is one; the rest are doubtful. The
     hand against the furniture is left out: it is the same for all postures of a pose, and Drake
-    asks it of the candidates. Where there are none, a collision is what is reported.
+    asks it of the candidates. Where there are none, but collisions were seen, the first place
+    holds one of the postures that collide.
     """
     n = len(R)
-    seen, count = np.full(n, gen3_ik.NOT_MET, dtype=np.int8), np.zeros(n, dtype=np.int64)
+    seen, count = np.full(n, NOT_MET, dtype=np.int8), np.zeros(n, dtype=np.int64)
     candidates = np.zeros((n, _CANDIDATES, 7))
-    answers, work = np.empty((gen3_ik.BRANCHES, 7)), gen3_ik.workspace()
-    frames, start, end = capsules.arrays(model)
+    answers, work = np.empty((BRANCHES, 7)), work_arrays()
+    frames, start, end = arrays(model)
     for i in range(n):
-        if not gen3_ik.wrist_in_reach(R[i], p[i]):
-            seen[i] = gen3_ik.OUT_OF_REACH
+        if not wrist_in_reach(R[i], p[i]):
+            seen[i] = OUT_OF_REACH
             continue
         found = False
         for j in range(len(q3)):
             answers[:] = np.nan
-            status = gen3_ik.solve_into(
-                R[i], p[i], q3[j], answers, gen3_ik.BRANCHES, _TOLERANCE, work
-            )
+            status = solve_into(R[i], p[i], q3[j], answers, BRANCHES, _TOLERANCE, work)
             seen[i] = max(seen[i], status)
-            for branch in range(gen3_ik.BRANCHES):
+            for branch in range(BRANCHES):
                 if np.isnan(answers[branch, 0]):
                     continue
-                verdict = capsules.check(model, answers[branch], margin, frames, start, end, False)
-                if verdict == capsules.FREE:
+                verdict = check(model, answers[branch], margin, frames, start, end, False)
+                if verdict == FREE:
                     found = True
                     if count[i] < _CANDIDATES:
                         candidates[i, count[i]] = candidates[i, 0]
                         count[i] += 1
                     candidates[i, 0] = answers[branch]
                     break
-                if verdict == capsules.DOUBTFUL:
+                if verdict == DOUBTFUL:
                     if count[i] < _CANDIDATES:
                         candidates[i, count[i]] = answers[branch]
                         count[i] += 1
-                elif verdict == capsules.SELF:
-                    seen[i] = max(seen[i], _BY_ITSELF)
                 else:
-                    seen[i] = _BY_FURNITURE
+                    seen[i] = max(seen[i], _BY_ITSELF if verdict == SELF else _BY_FURNITURE)
+                    if count[i] == 0:
+                        candidates[i, 0] = answers[branch]
             if found:
                 break
     return seen, count, candidates

@@ -47,7 +47,8 @@ class WorkspaceMap:
         """
         reason, q = self.decisions.reason, self.decisions.q
         if reason.shape != (self.grid.total,) or not (reason <= len(FAILURES)).all():
-            raise ModelError(f"workspace map: reason; valid: {self.grid.total} numbers, 0…7")
+            valid = f"{self.grid.total} numbers, 0…{len(FAILURES)}"
+            raise ModelError(f"workspace map: reason; valid: {valid}")
         reachable = (int((reason == REACHABLE).sum()), 7)
         if q.shape != reachable or self.decisions.clearance.shape != reachable[:1]:
             raise ModelError(f"workspace map: q, clearance; valid: {reachable[0]} rows")

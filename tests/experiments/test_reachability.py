@@ -43,7 +43,7 @@ def test_command_leaves_map_pictures_and_result(tmp_path):
     assert done.returncode == 0, done.stderr.decode()[-2000:]
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {
-        *("config.yaml", "result.json"),
+        *("config.yaml", "result.json", "map.csv"),
         *("workspace.npz", "workspace.png", "workspace.html"),
     }
     result = json.loads((tmp_path / "result.json").read_text())

@@ -5,6 +5,7 @@ import pytest
 from pydrake.math import RigidTransform
 
 from models import gen3_ik
+from models.gen3_newton import MET
 from models.gripper_poses import gripper_pose
 from models.ik_solution import ANGLE_TOLERANCE, POSITION_TOLERANCE, Failure, reaches
 from models.inverse_kinematics import closed_form, posture_cost, solve, solve_batch
@@ -39,7 +40,7 @@ def test_poses_of_random_postures_are_met(scene):
     R, p = (np.array(part) for part in zip(*map(arm.end_effector, poses), strict=True))
     q, met = gen3_ik.solve_first(R, p, np.linspace(-np.pi, np.pi, 64))
     confirmed = [
-        status == gen3_ik.MET and reaches(scene, answer, X_WG)
+        status == MET and reaches(scene, answer, X_WG)
         for answer, status, X_WG in zip(q, met, poses, strict=True)
     ]
     assert sum(confirmed) >= 999

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from models.errors import ModelError
+from models.gen3_ik import solve_first
 from models.gripper_poses import gripper_pose
 from models.ik_solution import Failure, reaches
+from models.inverse_kinematics import closed_form
 from models.kinematics import MARGIN, PlanningScene
 from models.task.spaces import POSITIONS
 from models.workspace import CLEARANCE_LIMIT, FAILURES, REACHABLE, Grid, WorkspaceSolver
@@ -60,7 +62,23 @@ def test_every_positive_passes_drake_and_every_negative_has_a_reason(the_map):
         distance = scene.clearance(entry.q, CLEARANCE_LIMIT).distance
         assert distance > MARGIN
         assert entry.clearance == pytest.approx(distance, abs=1e-6)
-    assert {Failure.OUT_OF_REACH, Failure.COLLISION, Failure.BLOCKED} <= seen
+    assert {Failure.OUT_OF_REACH, Failure.JOINT_LIMIT, Failure.BLOCKED} <= seen
+
+
+def test_a_hand_in_the_furniture_is_told_from_an_arm_in_the_way(solver):
+    """Asked of Drake at any posture that meets the pose, for poses at the height of the table."""
+    p_WG, gripper = Grid((0.2, -0.4, 0.5), (0.6, 0.4, 0.5), 0.1).poses(0, 5 * 9 * 18)
+    reason = solver.decide(p_WG, gripper).reason
+    scene = PlanningScene()
+    arm = closed_form(scene)
+    for failure in (Failure.BLOCKED, Failure.COLLISION):
+        chosen = np.flatnonzero(reason == 1 + FAILURES.index(failure))
+        assert len(chosen) > 5
+        poses = [gripper_pose(p_WG[i], int(gripper[i])) for i in chosen]
+        R, p = (np.array(part) for part in zip(*map(arm.end_effector, poses), strict=True))
+        q, _ = solve_first(R, p, np.linspace(-np.pi, np.pi, 64))
+        blocked = [scene.hand_is_blocked(posture, MARGIN) for posture in q]
+        assert blocked == [failure == Failure.BLOCKED] * len(chosen)
 
 
 def test_decisions_do_not_depend_on_what_is_decided_together(solver, the_map):

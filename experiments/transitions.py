@@ -44,7 +44,19 @@ DATABASE = Path("out/transitions/trials.db")
 
 
 @dataclass(frozen=True)
-class Run:
+class Running:
+    """What the commands that run trials share."""
+
+    workers: int = 2
+    """Processes; the trials are the same whatever their number."""
+    cluster: str = ""
+    """Address of a dask scheduler that runs the trials instead, such as tcp://host:8786."""
+    trial: TrialConfig = field(default_factory=TrialConfig)
+    """How a trial runs, and its noise."""
+
+
+@dataclass(frozen=True)
+class Run(Running):
     """Run the trials that the plan wants and the database does not hold yet."""
 
     database: Path = DATABASE
@@ -53,12 +65,6 @@ class Run:
     """Longest time to run for; by default, until the plan is fulfilled."""
     plan: Plan = field(default_factory=Plan)
     """How many trials a class of pairs needs."""
-    workers: int = 2
-    """Processes; the trials are the same whatever their number."""
-    cluster: str = ""
-    """Address of a dask scheduler that runs the trials instead, such as tcp://host:8786."""
-    trial: TrialConfig = field(default_factory=TrialConfig)
-    """How a trial runs, and its noise."""
     seed: int = 0
     """Root of every trial's own seed."""
     out: Path = Path("out/transitions")
@@ -94,7 +100,7 @@ class Export:
 
 
 @dataclass(frozen=True)
-class Validate:
+class Validate(Running):
     """Hold a model against trials of its own pairs, drawn at random and not used to make it."""
 
     task: Path = SHIPPED_TASK
@@ -107,12 +113,6 @@ class Validate:
     """Database that the model was made from, to judge the kernel of thesis 5.9.1 as well."""
     database: Path = Path("out/transitions/validation.db")
     """SQLite file of these trials; made if missing."""
-    workers: int = 2
-    """Processes; the trials are the same whatever their number."""
-    cluster: str = ""
-    """Address of a dask scheduler that runs the trials instead."""
-    trial: TrialConfig = field(default_factory=TrialConfig)
-    """How a trial runs, and its noise."""
     seed: int = 1
     """Of the draw, and root of every trial's own seed."""
     out: Path = Path("out/validation")
@@ -120,19 +120,13 @@ class Validate:
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class Sensitivity(Running):
     """Find out which outcomes change with the solver's step and with friction."""
 
     repetitions: int = 4
     """Trials of each class, of each variant."""
     databases: Path = Path("out/sensitivity/trials")
     """Folder of a SQLite file for each variant; made if missing."""
-    workers: int = 2
-    """Processes; the trials are the same whatever their number."""
-    cluster: str = ""
-    """Address of a dask scheduler that runs the trials instead."""
-    trial: TrialConfig = field(default_factory=TrialConfig)
-    """How a trial runs, and its noise; the variants' friction is their own."""
     seed: int = 0
     """Of the draw of classes, and root of every trial's own seed."""
     out: Path = Path("out/sensitivity")

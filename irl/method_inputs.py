@@ -1,13 +1,26 @@
 """Demonstrations and features in the forms that some methods want them in."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from irl.advice import Advice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What every method is given; see ``irl.methods.learn``."""
+
+    model: TransitionModel
+    demonstrations: Demonstrations
+    features: np.ndarray | None
+    gamma: float
+    rng: np.random.Generator
+    advice: Advice | None = None
 
 
 def required(features: np.ndarray | None) -> np.ndarray:

@@ -18,33 +18,25 @@ from irl.baselines.features import state_features
 from irl.baselines.max_ent import FeatureMatching
 from irl.baselines.mcmc import crank_nicolson
 from irl.baselines.planned_likelihood import PlannedLikelihood
-from irl.demonstrations import Demonstrations
 from irl.likelihood import LikelihoodProblem
-from irl.mdp import TransitionModel
-from irl.method_inputs import inverse_temperature, required, walks
+from irl.method_inputs import Task, inverse_temperature, required, walks
 from irl.optimizers import Adam
 from irl.vr_function import VRFunction, torch_generator
 
 HIDDEN = (32, 32)  # widths of the networks' hidden layers
 
 Iteration = Callable[[], None]
-Prepare = Callable[
-    [TransitionModel, Demonstrations, np.ndarray | None, float, np.random.Generator], Iteration
-]
+Prepare = Callable[[Task], Iteration]
 
 
 def planned(maximum: Maximum) -> Prepare:
     """A unit step along the gradient of the planned likelihood, a reward per state."""
 
-    def prepare(
-        model: TransitionModel,
-        demonstrations: Demonstrations,
-        features: np.ndarray | None,
-        gamma: float,
-        rng: np.random.Generator,
-    ) -> Iteration:
-        likelihood = PlannedLikelihood.build(model, demonstrations, gamma, maximum, beta=1.0)
-        reward = np.zeros(model.n_states)
+    def prepare(task: Task) -> Iteration:
+        likelihood = PlannedLikelihood.build(
+            task.model, task.demonstrations, task.gamma, maximum, beta=1.0
+        )
+        reward = np.zeros(task.model.n_states)
 
         def once() -> None:
             reward[:] += likelihood.value_and_gradient(reward)[1]
@@ -54,19 +46,15 @@ def planned(maximum: Maximum) -> Prepare:
     return prepare
 
 
-def fa_mlirl(
-    model: TransitionModel,
-    demonstrations: Demonstrations,
-    features: np.ndarray | None,
-    gamma: float,
-    rng: np.random.Generator,
-) -> Iteration:
+def fa_mlirl(task: Task) -> Iteration:
     """A step of Adam on (3.19)."""
-    x = required(features)
-    network = VRFunction(x.shape[1], HIDDEN, generator=torch_generator(rng))
-    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+    x = required(task.features)
+    network = VRFunction(x.shape[1], HIDDEN, generator=torch_generator(task.rng))
+    problem = LikelihoodProblem.build(
+        task.model, task.demonstrations.state, task.demonstrations.action
+    )
     at, ascent = network.at(x[problem.states]), Adam(network.parameters)
-    beta = inverse_temperature(demonstrations)
+    beta = inverse_temperature(task.demonstrations)
 
     def once() -> None:
         _, df, _ = problem.value_and_gradient(at.forward().numpy(), beta)
@@ -75,16 +63,10 @@ def fa_mlirl(
     return once
 
 
-def max_ent(
-    model: TransitionModel,
-    demonstrations: Demonstrations,
-    features: np.ndarray | None,
-    gamma: float,
-    rng: np.random.Generator,
-) -> Iteration:
+def max_ent(task: Task) -> Iteration:
     """A step along the difference of visits, a reward per state."""
-    problem = FeatureMatching.build(model, walks(demonstrations))
-    reward = np.zeros(model.n_states)
+    problem = FeatureMatching.build(task.model, walks(task.demonstrations))
+    reward = np.zeros(task.model.n_states)
 
     def once() -> None:
         reward[:] += 0.1 * problem.value_and_surplus(reward)[1]
@@ -92,16 +74,15 @@ def max_ent(
     return once
 
 
-def deep_max_ent(
-    model: TransitionModel,
-    demonstrations: Demonstrations,
-    features: np.ndarray | None,
-    gamma: float,
-    rng: np.random.Generator,
-) -> Iteration:
+def deep_max_ent(task: Task) -> Iteration:
     """A step of Adam on the reward network."""
     problem = RewardNetwork.build(
-        model, walks(demonstrations), required(features), HIDDEN, r_max=10.0, rng=rng
+        task.model,
+        walks(task.demonstrations),
+        required(task.features),
+        HIDDEN,
+        r_max=10.0,
+        rng=task.rng,
     )
     ascent = Adam(problem.network.parameters)
 
@@ -111,25 +92,21 @@ def deep_max_ent(
     return once
 
 
-def birl(
-    model: TransitionModel,
-    demonstrations: Demonstrations,
-    features: np.ndarray | None,
-    gamma: float,
-    rng: np.random.Generator,
-) -> Iteration:
+def birl(task: Task) -> Iteration:
     """A proposal of Metropolis–Hastings, a reward per state."""
     sampling = SamplingConfig()
-    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
-    planner = Planner(model, gamma, tolerance=1e-6 / sampling.beta)
+    problem = LikelihoodProblem.build(
+        task.model, task.demonstrations.state, task.demonstrations.action
+    )
+    planner = Planner(task.model, task.gamma, tolerance=1e-6 / sampling.beta)
 
     def log_likelihood(reward: np.ndarray) -> tuple[float, None]:
         f = planner.solve(reward)
         mean, _, _ = problem.value_and_gradient(f[problem.states], sampling.beta)
-        return mean * len(demonstrations), None
+        return mean * len(task.demonstrations), None
 
-    start = sampling.prior_scale * rng.standard_normal(model.n_states)
-    steps = crank_nicolson(log_likelihood, start, sampling.prior_scale, rng, burn_in=0)
+    start = sampling.prior_scale * task.rng.standard_normal(task.model.n_states)
+    steps = crank_nicolson(log_likelihood, start, sampling.prior_scale, task.rng, burn_in=0)
 
     def once() -> None:
         next(steps)
@@ -137,20 +114,16 @@ def birl(
     return once
 
 
-def behaviour_cloning(
-    model: TransitionModel,
-    demonstrations: Demonstrations,
-    features: np.ndarray | None,
-    gamma: float,
-    rng: np.random.Generator,
-) -> Iteration:
+def behaviour_cloning(task: Task) -> Iteration:
     """A unit step along the gradient of the classifier's likelihood."""
-    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
-    phi = sparse.csr_matrix(state_features(model, features))
-    inputs = sparse.hstack([phi, np.ones((model.n_states, 1))], format="csr")
-    weights = np.zeros((inputs.shape[1], model.n_actions))
+    problem = LikelihoodProblem.build(
+        task.model, task.demonstrations.state, task.demonstrations.action
+    )
+    phi = sparse.csr_matrix(state_features(task.model, task.features))
+    inputs = sparse.hstack([phi, np.ones((task.model.n_states, 1))], format="csr")
+    weights = np.zeros((inputs.shape[1], task.model.n_actions))
 
     def once() -> None:
-        weights[:] += value_and_gradient(model, problem, inputs, weights)[1]
+        weights[:] += value_and_gradient(task.model, problem, inputs, weights)[1]
 
     return once

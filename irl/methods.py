@@ -60,25 +60,20 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
-from irl.method_inputs import gaussian_bumps, inverse_temperature, labelled_policy, required, walks
+from irl.method_inputs import (
+    Task,
+    gaussian_bumps,
+    inverse_temperature,
+    labelled_policy,
+    required,
+    walks,
+)
 from irl.method_iterations import HIDDEN, Iteration, Prepare, planned
 from irl.planning import value_iteration
 from irl.training import TrainingConfig, train
 from irl.vr_function import VRFunction, torch_generator
 
 Found = tuple[np.ndarray | None, np.ndarray | None]  # q or, if it follows from it, the reward
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What every method is given; see ``learn``."""
-
-    model: TransitionModel
-    demonstrations: Demonstrations
-    features: np.ndarray | None
-    gamma: float
-    rng: np.random.Generator
-    advice: Advice | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +153,7 @@ class Method:
         if self.iterate is None:
             valid = ", ".join(name for name, method in METHODS.items() if method.iterate)
             raise InputError(f"step: this method does not iterate; those that do: {valid}")
-        return self.iterate(model, demonstrations, features, gamma, rng)
+        return self.iterate(Task(model, demonstrations, features, gamma, rng))
 
 
 def learn(

@@ -86,7 +86,7 @@ def test_outcomes_differ_by_what_becomes_of_the_cube_and_not_by_a_millimetre():
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"width": 0.0}, {"block": 0}, {"least": 4}, {"most": 8}], ids=lambda w: next(iter(w))
+    "wrong", [{"width": 0.0}, {"block": 0}, {"least": 3}, {"most": 8}], ids=lambda w: next(iter(w))
 )
 def test_plans_that_cannot_be_are_named(wrong):
     with pytest.raises(ModelError, match=next(iter(wrong))):

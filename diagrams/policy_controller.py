@@ -75,9 +75,7 @@ class PolicyController(LeafSystem):
          execution ────┤                  ├── episode  Episode
                        └──────────────────┘
 
-    The first request is made after `SETTLE` seconds. A state that an episode comes back to gets
-    its next best action, if the policy ranks them: what the state does not tell, such as a cube
-    held between two orientations, would lead the best one in the same circle again.
+    The first request is made after `SETTLE` seconds.
     """
 
     def __init__(
@@ -91,15 +89,13 @@ class PolicyController(LeafSystem):
         """Play a policy.
 
         Args:
-            action: index of each state's action, int ``[n_states]``, −1 where there is none; or
-                of its best ones in order, int ``[n_states, k]``, taken in turn at each visit.
+            action: index of each state's action, int ``[n_states]``, −1 where there is none.
             goal_states: indices of the states that end an episode well.
             lost_state: index of the state that ends it badly.
             max_actions: after which an episode ends.
         """
         super().__init__()
-        action = np.asarray(action)
-        self._ranked = action[:, None] if action.ndim == 1 else action
+        self._action = np.asarray(action)
         self._goals = {int(state) for state in np.atleast_1d(goal_states)}
         self._lost, self._max_actions = int(lost_state), max_actions
         self._task_state = self.DeclareVectorInputPort("task.state", 1)
@@ -156,22 +152,14 @@ class PolicyController(LeafSystem):
             return Verdict.INFEASIBLE
         if len(steps) >= self._max_actions:
             return Verdict.OUT_OF_ACTIONS
-        if self._ranked[state, 0] < 0:
+        if self._action[state] < 0:
             return Verdict.NO_ACTION
         return Verdict.RUNNING
 
     def _calc_request(self, context: Context, output: BasicVector) -> None:
         episode = self.episode(context)
-        output.SetFromVector([episode.sequence, self._choice(episode)])
-
-    def _choice(self, episode: Episode) -> int:
-        """The action for the episode's state: the best at the first visit, then the next best."""
-        if not episode.sequence:
-            return -1
-        ranked = self._ranked[episode.state]
-        ranked = ranked[ranked >= 0]
-        visits = sum(step.state == episode.state for step in episode.steps)
-        return int(ranked[visits % len(ranked)]) if len(ranked) else -1
+        action = int(self._action[episode.state]) if episode.sequence else -1
+        output.SetFromVector([episode.sequence, action])
 
     def _calc_episode(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.episode(context))

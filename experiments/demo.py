@@ -22,11 +22,11 @@ from experiments.grasp_learning import (
     learn,
 )
 from experiments.learning_plots import plot_learning, plot_policy
-from experiments.playing import RANKED, play_episodes, summary
+from experiments.playing import play_episodes, summary
 from experiments.robot_data import SHIPPED_TASK, load_planner
 from experiments.simulate import check_max_actions, draw_starts
 from irl.metrics import Share
-from irl.policy import Policy, ranked_actions, save_policy
+from irl.policy import Policy, save_policy
 from irl.task_data import load_task
 
 
@@ -83,7 +83,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "episodes": []}
     if config.starts:
         played = play_episodes(
-            ranked_actions(policy, RANKED),
+            policy.action,
             planner,
             task.goal_states,
             starts,

@@ -25,10 +25,6 @@ PAUSE = 1.0
 """Between two episodes in a recording [s]."""
 
 
-RANKED = 3
-"""Best actions of a state that are taken in turn, if an episode comes back to it."""
-
-
 def play_episodes(
     action: np.ndarray,
     planner: ActionPlanner,

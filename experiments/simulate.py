@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from experiments.command import Output, execute
-from experiments.playing import RANKED, play_episodes, summary
+from experiments.playing import play_episodes, summary
 from experiments.robot_data import SHIPPED_TASK, load_planner
 from irl.errors import InputError
-from irl.policy import load_policy, ranked_actions
+from irl.policy import load_policy
 from irl.task_data import TaskData, load_task
 
 
@@ -43,7 +43,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         raise InputError(f"--disturbance {config.disturbance}: give a distance of 0 or more metres")
     check_max_actions(config.max_actions)
     played = play_episodes(
-        ranked_actions(policy, RANKED),
+        policy.action,
         load_planner(),
         task.goal_states,
         starts,

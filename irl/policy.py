@@ -70,28 +70,6 @@ class Policy:
         return cls(action, q, dict(weights or {}), task_hash, algorithm, seed)
 
 
-def ranked_actions(policy: Policy, number: int) -> np.ndarray:
-    """Each state's best actions, the policy's own first, then by Q; ties go to the lowest.
-
-    For whoever plays a policy where the state hides something: an action that has led in a
-    circle once will do so again, the next best one may not.
-
-    Args:
-        policy: the policy.
-        number: columns wanted.
-
-    Returns:
-        int64 ``[n_states, number]``, −1 where no (unavoided) action is left.
-    """
-    q = policy.q.copy()
-    acting = np.flatnonzero(policy.action >= 0)
-    q[acting, policy.action[acting]] = np.inf
-    order = np.argsort(-q, axis=1, kind="stable")[:, :number]
-    left = np.take_along_axis(q, order, axis=1) > -np.inf
-    ranked = np.where(left, order, -1)
-    return np.pad(ranked, ((0, 0), (0, number - ranked.shape[1])), constant_values=-1)
-
-
 def save_policy(policy: Policy, path: Path) -> None:
     """Write ``policy`` as safetensors, whole or not at all; equal policies give equal bytes.
 

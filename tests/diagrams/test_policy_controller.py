@@ -48,12 +48,12 @@ class World(LeafSystem):
         )
 
 
-def episode(start, jumps, failure="", max_actions=6, policy=POLICY):
+def episode(start, jumps, failure="", max_actions=6):
     builder = DiagramBuilder()
     world = builder.AddSystem(World(start, jumps, failure))
     controller = builder.AddSystem(
         PolicyController(
-            policy, goal_states=np.array([GOAL]), lost_state=LOST, max_actions=max_actions
+            POLICY, goal_states=np.array([GOAL]), lost_state=LOST, max_actions=max_actions
         )
     )
     builder.Connect(world.GetOutputPort("task.state"), controller.GetInputPort("task.state"))
@@ -90,33 +90,3 @@ def test_dead_ends_have_names(jumps, failure, verdict, steps):
     found = episode(0, jumps, failure)
     assert (found.verdict, len(found.steps)) == (verdict, steps)
     assert found.steps[-1].failure == failure
-
-
-def test_a_state_that_comes_again_gets_its_next_best_action():
-    ranked = np.array([[7, 8], [7, -1], [0, -1], [0, -1], [-1, -1], [-1, -1]])
-    requests = []
-
-    class Recorder(World):
-        def __init__(self, *arguments):
-            super().__init__(*arguments)
-            port = self.get_input_port()
-
-            def note(context):
-                sequence, action = port.Eval(context)
-                if sequence and (not requests or requests[-1][0] != sequence):
-                    requests.append((sequence, int(action)))
-
-            self.DeclarePeriodicPublishEvent(0.01, 0.0, note)
-
-    builder = DiagramBuilder()
-    world = builder.AddSystem(Recorder(0, {0: 1, 1: 0}))
-    controller = builder.AddSystem(
-        PolicyController(ranked, goal_states=np.array([GOAL]), lost_state=LOST, max_actions=6)
-    )
-    builder.Connect(world.GetOutputPort("task.state"), controller.GetInputPort("task.state"))
-    builder.Connect(world.GetOutputPort("execution"), controller.GetInputPort("execution"))
-    builder.Connect(controller.GetOutputPort("request"), world.get_input_port())
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(12.0)
-    # Cell 0 at steps 1, 3, 5: best, next best, best again; cell 1 has one action only.
-    assert [action for _, action in requests] == [7, 7, 8, 7, 7, 7]

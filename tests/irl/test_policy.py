@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from irl.errors import InputError
-from irl.policy import Policy, load_policy, ranked_actions, save_policy
+from irl.policy import Policy, load_policy, save_policy
 from irl.tensor_file import to_bytes
 
 HASH = "ab" * 32
@@ -116,12 +116,3 @@ def test_a_truncated_policy_is_refused(policy, tmp_path, kept):
 def test_a_missing_policy_is_named(tmp_path):
     with pytest.raises(InputError, match="no such policy file"):
         load_policy(tmp_path / "none.safetensors")
-
-
-def test_ranked_actions_begin_with_the_policy_and_go_on_by_value():
-    q = np.array([[1.0, 3.0, 2.0], [5.0, 5.0, -np.inf], [0.0, 0.0, 0.0]])
-    mask = np.array([[True, True, True], [True, True, True], [False, False, False]])
-    policy = Policy.from_q(q, mask)
-    ranked = ranked_actions(policy, 4)
-    assert ranked.tolist() == [[1, 2, 0, -1], [0, 1, -1, -1], [-1, -1, -1, -1]]
-    assert np.array_equal(ranked[:, 0], policy.action)

@@ -51,11 +51,15 @@ def run_trial(
         pair: what is tried.
         seed: of the noise.
     """
+    return play_trial(rig, config, pair, draw_noise(config, np.random.default_rng(seed)))
+
+
+def play_trial(rig: TrialRig, config: TrialConfig, pair: Pair, noise: Noise) -> TrialRecord:
+    """Run one trial with given noise, all that `draw_noise` draws."""
     started = time.process_time()
     state, action = State.from_index(pair.state), Action.from_index(pair.action)
     hand = action.target if action.kind == Kind.GRASP else state.gripper
     assert hand is not None
-    noise = draw_noise(config, np.random.default_rng(seed))
     tilt = rotation_vector_to_matrix([noise["gripper_roll"], noise["gripper_pitch"], 0.0])
     turn_W = None
     if action.kind == Kind.ROTATE and action.target is not None:

@@ -1,7 +1,7 @@
 """From trials to transition probabilities: each trial speaks for its whole symmetry class."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from diagrams.trial_record import Outcome, Pair, TrialRecord
 from models.rotations import rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation, off_table
 from models.task.estimate import estimated_transitions
+from models.task.kernel_rules import THESIS_RULES, thesis_kernel
 from models.task.spaces import (
     GRID_X,
     GRID_Y,
@@ -25,7 +26,7 @@ from models.task.spaces import (
     decode_states,
     encode_states,
 )
-from models.task.symmetry import thesis_kernel, transport
+from models.task.symmetry import transport
 from models.task.trial_classes import Pairs, TrialClasses
 
 
@@ -99,7 +100,9 @@ def transition_entries(
     )
 
 
-def thesis_entries(feasible: np.ndarray, trials: Iterable[Trial]) -> TransitionEntries:
+def thesis_entries(
+    feasible: np.ndarray, trials: Iterable[Trial], rules: Collection[str] = THESIS_RULES
+) -> TransitionEntries:
     """Fill the pairs that trials speak for by the kernel of 5.9.1, and no others.
 
     A trial counts for every pair of its kernel class, with the cube's turn and displacement in
@@ -108,13 +111,14 @@ def thesis_entries(feasible: np.ndarray, trials: Iterable[Trial]) -> TransitionE
     Args:
         feasible: bool ``[N_STATES or more, N_ACTIONS]``.
         trials: (pair, repetition, record).
+        rules: those of the kernel that hold.
     """
     by_class: dict[int, list[Trial]] = defaultdict(list)
     for trial in sorted(trials, key=_key):
         if trial[2].outcome != Outcome.FAULT:
-            by_class[int(thesis_kernel(trial[0].state, trial[0].action))].append(trial)
+            by_class[int(thesis_kernel(trial[0].state, trial[0].action, rules))].append(trial)
     state, action = np.nonzero(feasible[:N_STATES])
-    number = thesis_kernel(state, action)
+    number = thesis_kernel(state, action, rules)
     parts = []
     for each, tried in sorted(by_class.items()):
         of_class = number == each

@@ -9,10 +9,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
 from models.errors import ModelError
+from models.task.trial_classes import trial_classes
 
-_SCHEMA = """
+SCHEMA_VERSION = 2
+"""Of the tables, kept as the file's ``user_version``."""
+_SCHEMA = f"""
+PRAGMA user_version = {SCHEMA_VERSION};
 CREATE TABLE IF NOT EXISTS configuration (
     id INTEGER PRIMARY KEY CHECK (id = 1),
     hash TEXT NOT NULL,
@@ -23,6 +27,8 @@ CREATE TABLE IF NOT EXISTS trial (
     state INTEGER NOT NULL,
     action INTEGER NOT NULL,
     repetition INTEGER NOT NULL,
+    class INTEGER NOT NULL,
+    seed TEXT NOT NULL,
     outcome TEXT NOT NULL,
     next_state INTEGER NOT NULL,
     turn_x REAL NOT NULL, turn_y REAL NOT NULL, turn_z REAL NOT NULL,
@@ -106,9 +112,9 @@ class TrialDatabase:
             campaign: to record trials under; None opens an existing database for reading.
 
         Raises:
-            ModelError: if the file is no trial database, is missing and ``campaign`` is None,
-                cannot be written, or holds trials of another campaign; the message names what
-                differs.
+            ModelError: if the file is no trial database, is of another schema version, is
+                missing and ``campaign`` is None, cannot be written, or holds trials of another
+                campaign; the message names what differs.
         """
         self.path = Path(path)
         if campaign is None and not self.path.is_file():
@@ -118,6 +124,14 @@ class TrialDatabase:
                 self._connection = sqlite3.connect(_read_only(self.path), uri=True)
             else:
                 self._connection = sqlite3.connect(self.path)
+            tables = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+            found = self._connection.execute("PRAGMA user_version").fetchone()[0]
+            if tables and found != SCHEMA_VERSION:
+                raise ModelError(
+                    f"{self.path}: schema version {found}; supported: {SCHEMA_VERSION}; "
+                    "make another database"
+                )
+            if campaign is not None:
                 self._connection.execute("PRAGMA journal_mode = WAL")
                 self._connection.executescript(_SCHEMA)
             stored = self._connection.execute("SELECT content FROM configuration").fetchone()
@@ -156,6 +170,8 @@ class TrialDatabase:
             "state": pair.state,
             "action": pair.action,
             "repetition": repetition,
+            "class": int(trial_classes().number(pair.state, pair.action)),
+            "seed": json.dumps([self.content["seed"], *spawn_key(pair, repetition)]),
             "noise": json.dumps(record.noise),
         }
         values |= {name: getattr(record, name) for name in _PLAIN}
@@ -172,6 +188,20 @@ class TrialDatabase:
                 )
         except sqlite3.Error as error:
             raise ModelError(f"{self.path}: a trial could not be written ({error})") from error
+
+    def copy(self, path: Path) -> None:
+        """Write a compact copy of the database as it is now, in one file.
+
+        Args:
+            path: of a file that does not exist yet, or is empty.
+
+        Raises:
+            ModelError: if it cannot be written.
+        """
+        try:
+            self._connection.execute("VACUUM INTO ?", (str(path),))
+        except sqlite3.Error as error:
+            raise ModelError(f"{path}: a copy could not be written ({error})") from error
 
     def trials(self) -> Iterator[tuple[Pair, int, TrialRecord]]:
         """Every trial, in the order of its key: what was tried, which repetition, what came out."""

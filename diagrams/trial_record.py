@@ -70,6 +70,14 @@ class Pair:
     action: int
 
 
+def spawn_key(pair: Pair, repetition: int) -> tuple[int, int, int]:
+    """What sets a trial's seed apart from those of a campaign's other trials.
+
+    The trial draws from ``numpy.random.SeedSequence(campaign seed, spawn_key=…)``.
+    """
+    return pair.state, pair.action, repetition
+
+
 class Outcome(StrEnum):
     """What became of the cube."""
 

@@ -16,6 +16,8 @@ from models.reachability_csv import read_map
 DATA = Path(__file__).parent / "data"
 SHIPPED_TASK = DATA / "grasp"
 """Task data of the grasping task, made by ``experiments.transitions``."""
+SHIPPED_TRIALS = DATA / "trials.db"
+"""Database of the trials that the task data come from, made by the same."""
 SHIPPED_ROBOT = DATA / "gen3"
 """Reachability map and feasible actions, made by ``experiments.reachability``."""
 MAP, FEASIBILITY = "map.csv", "feasibility.npz"

@@ -1,58 +1,47 @@
 """The transition model, from trials: run them, look at what they cover, export task data.
 
 ``run`` fills the trial database (kill it at any moment; the same command goes on),
-``status`` shows its coverage, ``export`` turns it into the task data that `irl` learns from, and
-``validate`` holds such a model against new trials with the whole arm, and ``sensitivity`` tells
-which outcomes hang on how a trial is simulated.
+``status`` shows its coverage and what the trials tell of the physics, ``export`` turns it into the
+task data that `irl` learns from. ``validate``, ``rules``, ``sensitivity`` and ``releases`` tell how
+far to trust it (`experiments.transition_checks`).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import tyro
 
-from diagrams.transition_counts import (
-    TransitionEntries,
-    Trial,
-    count_pairs,
-    thesis_entries,
-    transition_entries,
-)
-from diagrams.trial_database import ARM, Campaign, TrialDatabase
+from diagrams.transition_counts import TransitionEntries, Trial, count_pairs, transition_entries
+from diagrams.trial_database import TrialDatabase
 from diagrams.trial_plan import Plan
-from diagrams.trial_record import Outcome, TrialConfig
-from diagrams.trial_rig import MODEL_FILES
+from diagrams.trial_record import Outcome
 from experiments.command import Output, execute
 from experiments.executors import start_workers
-from experiments.model_validation import draw_pairs, plot_validation, print_scores, scores
-from experiments.robot_data import MAP, SHIPPED_ROBOT, SHIPPED_TASK, load_feasibility
-from experiments.sensitivity import ASPECTS, compare, plot_sensitivity, run_variants, sample_classes
+from experiments.robot_data import load_feasibility
+from experiments.transition_checks import (
+    Releases,
+    Rules,
+    Sensitivity,
+    Validate,
+    releases,
+    rules,
+    sensitivity,
+    validate,
+)
+from experiments.transition_coverage import coverage_by_gripper, plot_coverage, print_coverage
 from experiments.transition_export import save_tables, task_data
-from experiments.transition_plots import plot_coverage
-from experiments.trial_campaign import ClassTrials, PairTrials, planned_classes, run_campaign
+from experiments.transition_physics import physics, print_physics
+from experiments.trial_campaign import ClassTrials, planned_classes, run_campaign
+from experiments.trial_options import Running, floating_campaign
 from irl.choices import check_range
-from irl.files import sha256
-from irl.task_data import load_task, save_task
-from models.scene import STATION_FILES, description_hash
-from models.task.spaces import Kind
+from irl.files import atomic_path
+from irl.task_data import save_task
 from models.task.trial_classes import TrialClasses, trial_classes
 
 DATABASE = Path("out/transitions/trials.db")
-
-
-@dataclass(frozen=True)
-class Running:
-    """What the commands that run trials share."""
-
-    workers: int = 2
-    """Processes; the trials are the same whatever their number."""
-    cluster: str = ""
-    """Address of a dask scheduler that runs the trials instead, such as tcp://host:8786."""
-    trial: TrialConfig = field(default_factory=TrialConfig)
-    """How a trial runs, and its noise."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +80,8 @@ class Export:
     """SQLite file."""
     to: Path = Path("out/transitions/task")
     """Folder of the task data; an older one is replaced as a whole."""
+    archive: Path | None = None
+    """Also copy the database there, compact and in one file."""
     tables: bool = False
     """Also write the model in the shape of thesis 5.9, as CSV and JSON."""
     seed: int = 0
@@ -99,79 +90,58 @@ class Export:
     """Folder of the results."""
 
 
-@dataclass(frozen=True)
-class Validate(Running):
-    """Hold a model against trials of its own pairs, drawn at random and not used to make it."""
-
-    task: Path = SHIPPED_TASK
-    """Task data with the model."""
-    rig: Literal["arm", "floating"] = ARM
-    """The whole station, as the robot would do it; or the floating gripper of the trials."""
-    trials: int = 600
-    """Pairs to draw, a quarter of each kind of action."""
-    campaign: Path | None = None
-    """Database that the model was made from, to judge the kernel of thesis 5.9.1 as well."""
-    database: Path = Path("out/transitions/validation.db")
-    """SQLite file of these trials; made if missing."""
-    seed: int = 1
-    """Of the draw, and root of every trial's own seed."""
-    out: Path = Path("out/validation")
-    """Folder of the results."""
-
-
-@dataclass(frozen=True)
-class Sensitivity(Running):
-    """Find out which outcomes change with the solver's step and with friction."""
-
-    repetitions: int = 4
-    """Trials of each class, of each variant."""
-    databases: Path = Path("out/sensitivity/trials")
-    """Folder of a SQLite file for each variant; made if missing."""
-    seed: int = 0
-    """Of the draw of classes, and root of every trial's own seed."""
-    out: Path = Path("out/sensitivity")
-    """Folder of the results."""
-
-
 Config = (
     Annotated[Run, tyro.conf.subcommand("run")]
     | Annotated[Status, tyro.conf.subcommand("status")]
     | Annotated[Export, tyro.conf.subcommand("export")]
     | Annotated[Validate, tyro.conf.subcommand("validate")]
+    | Annotated[Rules, tyro.conf.subcommand("rules")]
     | Annotated[Sensitivity, tyro.conf.subcommand("sensitivity")]
+    | Annotated[Releases, tyro.conf.subcommand("releases")]
 )
+Check = Validate | Rules | Sensitivity | Releases
+CHECKS: dict[type, Callable[..., dict[str, Any]]] = {
+    Validate: validate,
+    Rules: rules,
+    Sensitivity: sensitivity,
+    Releases: releases,
+}
 
 
-def main(config: Run | Status | Export | Validate | Sensitivity, output: Output) -> dict[str, Any]:
+def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any]:
     """Tell one of the stories."""
-    if isinstance(config, Validate):
-        return validate(config, output)
-    if isinstance(config, Sensitivity):
-        return sensitivity(config, output)
+    if type(config) in CHECKS:
+        return CHECKS[type(config)](config, output)
     classes, feasible = trial_classes(), load_feasibility().mask()
     if isinstance(config, Run):
         database = run(config, classes, feasible)
     else:
-        database = TrialDatabase(config.database)
+        database = TrialDatabase(config.database)  # type: ignore[union-attr]
     trials = list(database.trials())
     entries = transition_entries(feasible, trials, classes)
     result = coverage(trials, entries)
     with output.file("coverage.png") as path:
         plot_coverage(entries, path)
+    if isinstance(config, Status):
+        result["physics"] = physics(trials, entries, classes)
+        print_physics(result["physics"])
     if isinstance(config, Export):
         result["task_hash"] = save_task(task_data(database, entries), config.to)
         print(f"task data in {config.to}")
         if config.tables:
             save_tables(entries, output)
+        if config.archive is not None:
+            with atomic_path(config.archive) as path:
+                database.copy(path)
     return result
 
 
 def run(config: Run, classes: TrialClasses, feasible: np.ndarray) -> TrialDatabase:
     """Run the campaign; the database, with its trials in it."""
-    check_range("--workers", config.workers, 1)
+    config.check()
     if config.hours is not None:
         check_range("--hours", config.hours, 0)
-    campaign = Campaign(config.trial, config.seed, description_hash(MODEL_FILES), version("drake"))
+    campaign = floating_campaign(config.trial, config.seed)
     source = ClassTrials(classes, planned_classes(classes, feasible), config.plan)
     with start_workers(config.workers, config.cluster) as workers:
         database = TrialDatabase(config.database, campaign)
@@ -179,81 +149,24 @@ def run(config: Run, classes: TrialClasses, feasible: np.ndarray) -> TrialDataba
     return database
 
 
-def validate(config: Validate, output: Output) -> dict[str, Any]:
-    """Hold the model against trials of pairs drawn at random."""
-    check_range("--trials", config.trials, len(Kind))
-    check_range("--workers", config.workers, 1)
-    task = load_task(config.task)
-    arm = config.rig == ARM
-    campaign = Campaign(
-        config.trial,
-        config.seed,
-        description_hash(STATION_FILES if arm else MODEL_FILES),
-        version("drake"),
-        config.rig,
-        sha256(SHIPPED_ROBOT / MAP) if arm else "",
-    )
-    drawn = draw_pairs(task.transitions, config.trials, np.random.default_rng(config.seed))
-    with start_workers(config.workers, config.cluster) as workers:
-        database = TrialDatabase(config.database, campaign)
-        run_campaign(database, campaign, PairTrials(drawn), workers)
-    trials = [trial for trial in database.trials() if trial[0] in set(drawn)]
-    result = scores(task.transitions, trials)
-    print_scores(result)
-    if config.campaign is not None:
-        feasible, tried = load_feasibility().mask(), TrialDatabase(config.campaign).trials()
-        result["thesis_kernel"] = scores(thesis_entries(feasible, tried), trials)
-        print("by the kernel of thesis 5.9.1, for as many pairs as it covers:")
-        print_scores(result["thesis_kernel"])
-    with output.file("validation.png") as path:
-        plot_validation(result, path)
-    return result
-
-
-def sensitivity(config: Sensitivity, output: Output) -> dict[str, Any]:
-    """Run the variants and tabulate what changes between them."""
-    check_range("--repetitions", config.repetitions, 1)
-    check_range("--workers", config.workers, 1)
-    classes = trial_classes()
-    numbers = sample_classes(
-        classes,
-        planned_classes(classes, load_feasibility().mask()),
-        np.random.default_rng(config.seed),
-    )
-    campaign = Campaign(config.trial, config.seed, description_hash(MODEL_FILES), version("drake"))
-    with start_workers(config.workers, config.cluster) as workers:
-        tried = run_variants(
-            config.databases, campaign, classes, numbers, config.repetitions, workers
-        )
-    rows = compare(tried, classes)
-    for row in rows:
-        if any(row[aspect] for aspect in ASPECTS):
-            changed = ", ".join(f"{aspect} {row[aspect]}" for aspect in ASPECTS)
-            print(f"{row['variant']:>14}  {row['pair']}: of {row['trials']} changed {changed}")
-    with output.file("sensitivity.png") as path:
-        plot_sensitivity(rows, path)
-    return {"rows": rows}
-
-
 def coverage(trials: list[Trial], entries: TransitionEntries) -> dict[str, Any]:
-    """Count and print pairs by kind of action and evidence."""
+    """Count and print pairs by kind of action, evidence and gripper orientation."""
     counts = count_pairs(entries)
-    records = [record for _, _, record in trials]
+    by_gripper = coverage_by_gripper(entries)
+    faults = sum(record.outcome == Outcome.FAULT for _, _, record in trials)
+    print_coverage(counts, by_gripper)
+    print(f"{len(trials)} trials, {faults} simulator faults")
     by_evidence = {
         name: sum(kind[name] for kind in counts.values())
         for name in ("measured", "kernel", "estimated")
     }
-    print(f"{'action':>10} {'measured':>9} {'kernel':>9} {'estimated':>10}")
-    for kind, row in counts.items():
-        print(f"{kind:>10} {row['measured']:9d} {row['kernel']:9d} {row['estimated']:10d}")
-    faults = sum(record.outcome == Outcome.FAULT for record in records)
-    print(f"{len(records)} trials, {faults} simulator faults")
     return {
         "feasible_pairs": sum(by_evidence.values()),
         **by_evidence,
         "by_action": counts,
-        "trials": len(records),
-        "cpu_s": sum(record.cpu_s for record in records),
+        "by_gripper": by_gripper,
+        "trials": len(trials),
+        "cpu_s": sum(record.cpu_s for _, _, record in trials),
         "faults": faults,
     }
 

@@ -5,9 +5,10 @@ from functools import cache
 import numpy as np
 
 from diagrams.arm_trial import ArmRig, run_arm_trial
-from diagrams.grasp_trial import run_trial
+from diagrams.grasp_trial import play_trial, run_trial
+from diagrams.initial_state import draw_noise
 from diagrams.trial_database import ARM, Campaign
-from diagrams.trial_record import Pair, TrialRecord
+from diagrams.trial_record import Pair, TrialConfig, TrialRecord, spawn_key
 from diagrams.trial_rig import TrialRig
 from experiments.robot_data import load_planner
 
@@ -20,12 +21,23 @@ def work(campaign: Campaign, pair: Pair, repetition: int) -> TrialRecord:
         pair: what is tried.
         repetition: counts the trials of the pair's class.
     """
-    sequence = np.random.SeedSequence(
-        campaign.seed, spawn_key=(pair.state, pair.action, repetition)
-    )
+    sequence = np.random.SeedSequence(campaign.seed, spawn_key=spawn_key(pair, repetition))
     if campaign.rig == ARM:
         return run_arm_trial(_arm_rig(campaign.trial.time_step), campaign.trial, pair, sequence)
     return run_trial(_floating_rig(campaign.trial.time_step), campaign.trial, pair, sequence)
+
+
+def release(
+    trial: TrialConfig, pair: Pair, angle: float, seed: int, repetition: int
+) -> TrialRecord:
+    """Run a drop of a cube that hangs turned about the closing axis, by an angle [rad] and noise.
+
+    The noise of a repetition is the same at every angle, so that angles are compared like for like.
+    """
+    sequence = np.random.SeedSequence(seed, spawn_key=spawn_key(pair, repetition))
+    noise = draw_noise(trial, np.random.default_rng(sequence))
+    noise["turn_about_closing"] += angle
+    return play_trial(_floating_rig(trial.time_step), trial, pair, noise)
 
 
 @cache

@@ -22,7 +22,7 @@ so likeness is an equivalence. `transport` carries an outcome along such a map. 
 several to one pair, every one is as true: a pair that is its own mirror image has outcomes that
 mirror each other, equally likely, so one trial tells of both.
 
-`thesis_kernel` gives the looser likeness of 5.9.1, by which trials of whole pairs count together.
+`models.task.kernel_rules` takes the rules apart, and has the looser ones of 5.9.1.
 """
 
 from dataclasses import dataclass
@@ -33,16 +33,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from models.rotations import rotation_z
 from models.task.spaces import (
-    N_ACTIONS,
     N_GRIPPERS,
     N_ORIENTATIONS,
     R_WG,
     R_WO,
     Array,
     Indices,
-    Kind,
-    decode_actions,
-    decode_states,
 )
 
 SAME = 1e-9
@@ -121,25 +117,6 @@ def transport(
     scene = S @ np.where(mirrored[..., None, None], MIRROR, np.eye(3))
     turn = scene @ np.asarray(delta_R, dtype=np.float64) @ np.swapaxes(scene, -1, -2)
     return turn, np.einsum("...ij,...j->...i", scene, np.asarray(p, dtype=np.float64))
-
-
-def thesis_kernel(state: ArrayLike, action: ArrayLike) -> Indices:
-    """Class number of pairs that 5.9.1 counts together; shapes broadcast.
-
-    Columns do not matter, nor do quarter turns of the cube, so that of 48 orientations two are
-    left (yaw a multiple of 90°, or 45° more); nor, in a translation to the upper layer, does the
-    gripper. A translation keeps its target. Numbers are stable but not consecutive. Compare
-    pairs that are feasible; *lost* has no class.
-
-    Raises:
-        ModelError: if an index is out of range.
-    """
-    position, orientation, gripper = decode_states(state)
-    kind, target = decode_actions(action)
-    raised = (kind == Kind.TRANSLATE) & (target % 2 == 1)
-    hand = np.where(raised, -1, gripper) + 1
-    key = ((orientation % 2) * 2 + position % 2) * (N_GRIPPERS + 1) + hand
-    return key * N_ACTIONS + np.asarray(action, dtype=np.int64)
 
 
 @cache

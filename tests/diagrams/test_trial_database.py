@@ -1,10 +1,13 @@
+import json
+import sqlite3
 from dataclasses import replace
 
 import pytest
 
 from diagrams.trial_database import Campaign, TrialDatabase
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
 from models.errors import ModelError
+from models.task.trial_classes import trial_classes
 
 CAMPAIGN = Campaign(TrialConfig(), seed=0, description="d", drake="1")
 PAIR = Pair(9000, 54)
@@ -36,6 +39,41 @@ def test_another_campaign_is_refused_by_what_changed(tmp_path):
     assert "seed = 0, not 1" in str(error.value)
     assert "tilt_sd = 0.02, not 0.5" in str(error.value)
     assert "mass" not in str(error.value)
+
+
+def test_a_row_names_its_class_and_seed(tmp_path):
+    TrialDatabase(tmp_path / "t.db", CAMPAIGN).add(PAIR, 4, RECORD)
+    row = sqlite3.connect(tmp_path / "t.db").execute("SELECT class, seed FROM trial").fetchone()
+    number, seed = row[0], json.loads(row[1])
+    assert number == trial_classes().number(PAIR.state, PAIR.action)
+    assert (seed[0], tuple(seed[1:])) == (CAMPAIGN.seed, spawn_key(PAIR, 4))
+
+
+def test_a_copy_holds_the_same_in_one_file_that_reading_leaves_alone(tmp_path):
+    original = TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    original.add(PAIR, 0, RECORD)
+    folder = tmp_path / "copy"
+    folder.mkdir()
+    original.copy(folder / "c.db")
+    with pytest.raises(ModelError, match=r"c\.db"):
+        original.copy(folder / "c.db")
+    before = (folder / "c.db").read_bytes()
+    copy = TrialDatabase(folder / "c.db")
+    assert list(copy.trials()) == [(PAIR, 0, RECORD)]
+    assert (copy.content, copy.hash) == (original.content, original.hash)
+    copy.close()
+    assert [path.name for path in folder.iterdir()] == ["c.db"]
+    assert (folder / "c.db").read_bytes() == before
+
+
+@pytest.mark.parametrize("campaign", [CAMPAIGN, None])
+def test_tables_of_another_version_are_refused(tmp_path, campaign):
+    TrialDatabase(tmp_path / "t.db", CAMPAIGN).close()
+    connection = sqlite3.connect(tmp_path / "t.db")
+    connection.execute("PRAGMA user_version = 1")
+    connection.close()
+    with pytest.raises(ModelError, match=r"t\.db: schema version 1; supported: 2"):
+        TrialDatabase(tmp_path / "t.db", campaign)
 
 
 @pytest.mark.parametrize("content", [b"not a database, but long enough to be one" * 30, None])

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from models.rotations import geodesic_angle, rotation_z
-from models.task import pairs, spaces, symmetry
-from models.task.spaces import R_WG, R_WO, Action, Kind, State
+from models.task import symmetry
+from models.task.spaces import R_WG, R_WO
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
 CUBE = np.array(Rotation.create_group("O").as_matrix())
@@ -140,27 +140,3 @@ def test_a_pair_that_is_its_own_mirror_image_has_several_maps():
     assert classes.valid[0, 10].sum() == 4  # vertical: half turn and mirror
     assert classes.valid[0, 5].sum() == 2  # tilted to the front: mirror
     assert classes.valid[0, 7].sum() == 1  # oblique: nothing
-
-
-def test_kernel_of_the_thesis():
-    def kernel(*state_and_action):
-        *parts, action = state_and_action
-        return symmetry.thesis_kernel(State(*parts).index, action.index)
-
-    grasp = Action(Kind.GRASP, 3)
-    assert kernel(0, 0, grasp) == kernel(8, 2, grasp) == kernel(4, 10, grasp)
-    assert kernel(0, 0, grasp) != kernel(0, 1, grasp)
-    assert kernel(0, 0, grasp) != kernel(0, 0, Action(Kind.GRASP, 10))
-    raised, level = Action(Kind.TRANSLATE, 5), Action(Kind.TRANSLATE, 4)
-    assert kernel(0, 0, 3, raised) == kernel(2, 2, 11, raised)
-    assert kernel(0, 0, 3, raised) != kernel(1, 0, 3, raised)
-    assert kernel(0, 0, 3, level) != kernel(0, 0, 11, level)
-    drop = Action(Kind.DROP)
-    assert kernel(0, 0, 3, drop) == kernel(16, 40, 3, drop) != kernel(17, 40, 3, drop)
-
-
-def test_kernel_classes_are_counted():
-    state, action = np.nonzero(pairs.nominal_pairs())
-    number = symmetry.thesis_kernel(state, action)
-    kind = spaces.decode_actions(action).kind
-    assert [np.unique(number[kind == k]).size for k in Kind] == [36, 684, 1224, 72]

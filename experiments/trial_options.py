@@ -1,0 +1,35 @@
+"""Options that all commands share that run trials."""
+
+from dataclasses import dataclass, field
+from importlib.metadata import version
+
+from diagrams.trial_database import Campaign
+from diagrams.trial_record import TrialConfig
+from diagrams.trial_rig import MODEL_FILES
+from irl.choices import check_range
+from models.scene import description_hash
+
+
+@dataclass(frozen=True)
+class Running:
+    """How trials run, and where."""
+
+    workers: int = 2
+    """Processes; the trials are the same whatever their number."""
+    cluster: str = ""
+    """Address of a dask scheduler that runs the trials instead, such as tcp://host:8786."""
+    trial: TrialConfig = field(default_factory=TrialConfig)
+    """How a trial runs, and its noise."""
+
+    def check(self) -> None:
+        """Refuse what cannot be run.
+
+        Raises:
+            InputError: naming the option.
+        """
+        check_range("--workers", self.workers, 1)
+
+
+def floating_campaign(trial: TrialConfig, seed: int) -> Campaign:
+    """What trials with the floating gripper have in common."""
+    return Campaign(trial, seed, description_hash(MODEL_FILES), version("drake"))

@@ -1,10 +1,13 @@
 """Where trials run: processes of this machine, or a dask cluster, behind one interface."""
 
+import os
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
+from threading import Thread
 
 from irl.errors import InputError
 
@@ -43,8 +46,22 @@ def start_workers(workers: int, cluster: str = "") -> Iterator[Workers]:
             yield running
         return
     # Spawned: a simulator's threads and a forked process do not agree.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        workers, mp_context=get_context("spawn"), initializer=_end_with_parent
+    ) as pool:
         yield Workers(pool, workers)
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is killed, rather than wait for it forever."""
+    parent = parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

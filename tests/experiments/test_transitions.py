@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -180,6 +181,39 @@ QUICK_RUN = (
     *("--trial.close-s", "0.05", "--trial.settle-s", "0.01", "--trial.release-s", "0.05"),
     *("--trial.rest-limit-s", "0.05"),
 )
+
+
+def runs(pid):
+    status = Path(f"/proc/{pid}/status")
+    return status.exists() and "\nState:\tZ" not in status.read_text()
+
+
+def test_workers_end_with_a_driver_that_is_killed(tmp_path):
+    script = (
+        "import time\n"
+        "from experiments.executors import start_workers\n"
+        "if __name__ == '__main__':\n"
+        "    with start_workers(2) as workers:\n"
+        "        for future in [workers.executor.submit(time.sleep, 0.1) for _ in range(4)]:\n"
+        "            future.result()\n"
+        "        print(*workers.executor._processes, flush=True)\n"
+        "        time.sleep(60)\n"
+    )
+    (tmp_path / "driver.py").write_text(script)
+    process = subprocess.Popen(
+        [sys.executable, str(tmp_path / "driver.py")],
+        stdout=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": str(Path.cwd())},
+    )
+    pids = [int(pid) for pid in process.stdout.readline().split()]
+    assert len(pids) == 2 and all(map(runs, pids))
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    deadline = time.monotonic() + 20
+    while any(map(runs, pids)):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
 
 
 def test_a_killed_run_keeps_what_it_committed_and_goes_on(tmp_path):

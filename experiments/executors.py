@@ -1,7 +1,8 @@
 """Where trials run: processes of this machine, or a dask cluster, behind one interface."""
 
 import os
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from irl.errors import InputError
 
 CONNECT_S = 10
 """How long a cluster may take to answer [s]."""
+ASK_AGAIN_S = 2.0
+"""How long the number of a cluster's workers is taken for known [s]."""
 
 
 @dataclass(frozen=True)
@@ -21,12 +24,12 @@ class Workers:
 
     Attributes:
         executor: takes the trials.
-        number: how many run at once, as far as is known.
+        count: tells how many run at once; on a cluster they come and go.
         lost: exceptions of a future whose worker died; its trial may be submitted again.
     """
 
     executor: Executor
-    number: int
+    count: Callable[[], int]
     lost: tuple[type[BaseException], ...] = ()
 
 
@@ -49,7 +52,7 @@ def start_workers(workers: int, cluster: str = "") -> Iterator[Workers]:
     with ProcessPoolExecutor(
         workers, mp_context=get_context("spawn"), initializer=_end_with_parent
     ) as pool:
-        yield Workers(pool, workers)
+        yield Workers(pool, lambda: workers)
 
 
 def _end_with_parent() -> None:
@@ -79,4 +82,11 @@ def _dask(address: str) -> Iterator[Workers]:
     with client:
         # Each trial is its own, though another of the same arguments would give the same.
         executor = client.get_executor(pure=False)
-        yield Workers(executor, max(1, sum(client.ncores().values())), (KilledWorker,))
+        known = [0.0, 1]  # when to ask again, and what the answer was
+
+        def count() -> int:
+            if time.monotonic() >= known[0]:
+                known[:] = time.monotonic() + ASK_AGAIN_S, max(1, sum(client.ncores().values()))
+            return int(known[1])
+
+        yield Workers(executor, count, (KilledWorker,))

@@ -132,7 +132,7 @@ def run_campaign(
 
     with tqdm(total=source.wanted, initial=source.done, unit="trial", desc="trials") as bar:
         while True:
-            while len(running) < AHEAD * workers.number and time.monotonic() < deadline:
+            while len(running) < AHEAD * workers.count() and time.monotonic() < deadline:
                 job = source.next()
                 if job is None:
                     break

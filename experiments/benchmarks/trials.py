@@ -97,8 +97,8 @@ def _timed(
 ) -> tuple[float, list[TrialRecord]]:
     """Wall time [s] and records of trials on workers that each have run one before."""
     submit, warm = workers.executor.submit, set[int]()
-    while len(warm) < workers.number:
-        first = [submit(_warm_up, campaign, pairs[0]) for _ in range(workers.number)]
+    while len(warm) < workers.count():
+        first = [submit(_warm_up, campaign, pairs[0]) for _ in range(workers.count())]
         warm |= {future.result() for future in first}
     began = time.perf_counter()
     running: list[Future[TrialRecord]] = [submit(work, campaign, pair, 0) for pair in pairs]

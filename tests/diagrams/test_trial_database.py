@@ -66,6 +66,18 @@ def test_a_copy_holds_the_same_in_one_file_that_reading_leaves_alone(tmp_path):
     assert (folder / "c.db").read_bytes() == before
 
 
+def test_a_database_that_cannot_be_written_is_named_and_keeps_what_it_has(tmp_path):
+    database = TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    database.add(PAIR, 0, RECORD)
+    # What SQLite says where file or disk is read-only, whoever asks.
+    database._connection.execute("PRAGMA query_only = ON")
+    with pytest.raises(ModelError, match=r"t\.db: a trial could not be written \(.*readonly"):
+        database.add(PAIR, 1, RECORD)
+    assert list(database.trials()) == [(PAIR, 0, RECORD)]
+    with pytest.raises(ModelError, match=r"none/t\.db: not usable"):
+        TrialDatabase(tmp_path / "none" / "t.db", CAMPAIGN)
+
+
 @pytest.mark.parametrize("campaign", [CAMPAIGN, None])
 def test_tables_of_another_version_are_refused(tmp_path, campaign):
     TrialDatabase(tmp_path / "t.db", CAMPAIGN).close()

@@ -87,6 +87,22 @@ def test_a_cluster_gives_the_rows_of_one_process_though_its_workers_die(tmp_path
     assert rows(tmp_path / "part.db") == whole
 
 
+def test_workers_that_come_to_a_cluster_later_are_counted():
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=0, processes=False, threads_per_worker=1, dashboard_address=":0"
+        ) as cluster,
+        start_workers(1, cluster.scheduler_address) as workers,
+    ):
+        assert workers.count() == 1  # one is hoped for
+        cluster.scale(3)
+        deadline = time.monotonic() + 30
+        while workers.count() < 3:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+
+
 def test_a_cluster_that_does_not_answer_is_named():
     pytest.importorskip("distributed")
     with (

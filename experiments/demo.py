@@ -1,7 +1,8 @@
 """The main job: from task data and a few demonstrations to a policy that the robot plays.
 
 981 demonstrated states, then active learning with advice (thesis Algorithm 4.1) until 8.11 % of
-the states are demonstrated, then the policy in full physics from random starts.
+the states are demonstrated, then the policy in full physics from random starts. Killed while it
+learns, it goes on with the same command.
 """
 
 from dataclasses import dataclass, field
@@ -12,19 +13,14 @@ from typing import Any
 import numpy as np
 import torch
 
+from experiments.assessment import Assessment, assess
 from experiments.command import Output, execute
-from experiments.grasp_learning import (
-    Assessment,
-    LearningConfig,
-    Teacher,
-    TeacherConfig,
-    assess,
-    learn,
-)
+from experiments.grasp_learning import LearningConfig, forget, learn
 from experiments.learning_plots import plot_learning, plot_policy
 from experiments.playing import play_episodes, summary
 from experiments.robot_data import SHIPPED_TASK, load_planner
 from experiments.simulate import check_max_actions, draw_starts
+from experiments.teacher import Teacher, TeacherConfig
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
 from irl.task_data import load_task
@@ -62,7 +58,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     teacher = Teacher(task, config.teacher)
     rng = np.random.default_rng(config.seed)
 
-    learnt = learn(task, teacher, config.learning, rng)
+    learnt = learn(task, teacher, config.learning, rng, output.folder)
     policy = Policy.from_q(
         learnt.result.q,
         task.model.mask,
@@ -73,7 +69,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     )
     with output.file("policy.safetensors") as path:
         save_policy(policy, path)
-    assessment = assess(task, teacher, policy, learnt, rng)
+    assessment = assess(task, teacher, policy, learnt.result.demonstrations, rng)
     with output.file("learning.png") as path:
         plot_learning(learnt, assessment, path)
     with output.file("policy.png") as path:
@@ -93,6 +89,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         )
         physics = summary(played)
 
+    forget(output.folder)
     print_table(assessment, physics, output.folder)
     return {
         **assessment.as_dict(),

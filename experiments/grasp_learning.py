@@ -1,54 +1,33 @@
 """Learning the grasping task from a simulated teacher: what its experiments share."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from experiments.assessment import accuracy_on_unseen
+from experiments.teacher import Teacher
 from irl.active import ActiveConfig, Progress, Result, active_fa_mlirl
 from irl.choices import check_range
-from irl.collection import held_out, initial_demonstrations
+from irl.collection import initial_demonstrations
 from irl.demonstrations import Demonstrations, generalise
-from irl.demonstrators import OracleDemonstrator, OracleExpert
 from irl.errors import InputError
+from irl.files import atomic_path
+from irl.formats import read_json, write_json
 from irl.generalisation import rule_purity
-from irl.metrics import (
-    Share,
-    accuracy_optimal,
-    accuracy_strict,
-    success_mdp,
-    unseen_states,
-)
-from irl.planning import uniform_policy
+from irl.metrics import success_mdp
 from irl.policy import Policy
 from irl.preferences import StatePreferences
 from irl.task_data import EVIDENCE, TaskData
 from irl.training import TrainingConfig
-from models.task.clusters import uncomfortable_states
-from models.task.spaces import LOST, N_STATES
+from models.task.spaces import N_STATES
 
 THESIS_DEMONSTRATIONS, THESIS_DEMONSTRATED = 981, 0.0811
 """Initial demonstrations of §6.3, and the share of demonstrated states in Table 6.3."""
-
-
-@dataclass(frozen=True)
-class TeacherConfig:
-    """The hidden reward of the simulated demonstrator, in units of the goal's."""
-
-    action_cost: float = 0.01
-    """Of each action."""
-    discomfort: float = 0.05
-    """Of entering a pose that §5.10.1 calls less comfortable."""
-    surprise: float = 0.5
-    """Of an action, times the probability that its likeliest outcome does not come. A turn that
-    leaves the cube halfway between two orientations is a toss-up, and what follows from there
-    is not what the state's name says: a person would not demonstrate it."""
-    tolerance: float = 0.005
-    """Difference of value below which two actions are equally good: half an action's cost."""
-    label_noise: float = 0.0
-    """Probability of a wrong label."""
+CHECKPOINT, CURVE = "learning.checkpoint", "learning_curve.json"
+"""What an interrupted run leaves in its folder."""
 
 
 @dataclass(frozen=True)
@@ -77,36 +56,18 @@ class LearningConfig:
     """Training, queries and advice."""
 
 
-class Teacher:
-    """Demonstrator and expert of one mind: an optimal policy under a hidden reward."""
-
-    def __init__(self, task: TaskData, config: TeacherConfig) -> None:
-        """Plan with the task's own transition model."""
-        self.demonstrator = OracleDemonstrator(
-            task.model,
-            task.goal_states,
-            gamma=task.gamma,
-            uncomfortable=uncomfortable_states(),
-            lost_states=np.array([LOST]),
-            action_cost=config.action_cost,
-            discomfort=config.discomfort,
-            surprise=config.surprise,
-            tolerance=config.tolerance,
-            label_noise=config.label_noise,
-        )
-        self.expert = OracleExpert(self.demonstrator, task.start_states)
-
-
 @dataclass(frozen=True)
 class CurvePoint:
     """How good the policy was after one training.
 
     Attributes:
+        query: answers before it.
         demonstrated: distinct states with labels.
         success: probability of the goal within 20 actions, mean over the start states.
         accuracy_optimal_all: share of unseen states with an action as good as the demonstrator's.
     """
 
+    query: int
     demonstrated: int
     success: float
     accuracy_optimal_all: float
@@ -134,12 +95,24 @@ class Learnt:
 
 
 def learn(
-    task: TaskData, teacher: Teacher, config: LearningConfig, rng: np.random.Generator
+    task: TaskData,
+    teacher: Teacher,
+    config: LearningConfig,
+    rng: np.random.Generator,
+    folder: Path | None = None,
 ) -> Learnt:
     """Collect the initial demonstrations and run Algorithm 4.1, with progress bars.
 
+    Args:
+        task: what to learn.
+        teacher: demonstrator and expert.
+        config: every choice.
+        rng: the only source of chance.
+        folder: keeps what was learnt so far after each training, to go on from if the run is
+            interrupted; `forget` clears it.
+
     Raises:
-        InputError: if the task data lack the features.
+        InputError: if the task data lack the features, or ``folder`` keeps other work.
     """
     check_range("least_purity", config.least_purity, 0.0, 1.0)
     if config.features not in task.features:
@@ -162,7 +135,8 @@ def learn(
         rules,
         rng,
     )
-    curve: list[CurvePoint] = []
+    kept = None if folder is None else folder / CURVE
+    curve = [] if kept is None or not kept.exists() else _read_curve(kept)
     with _Bars(config.active) as bars:
 
         def follow(progress: Progress) -> None:
@@ -172,11 +146,16 @@ def learn(
             action = Policy.from_q(progress.q, task.model.mask).action
             seen = progress.labels.state
             point = CurvePoint(
+                progress.query,
                 progress.labels.n_states_demonstrated,
                 success_mdp(task.model, action, task.goal_states, task.start_states),
                 accuracy_on_unseen(task, teacher, action, seen).value,
             )
-            curve.append(point)
+            # A run that was cut off after this training, before it was saved, has it already.
+            curve[:] = [earlier for earlier in curve if earlier.query < point.query] + [point]
+            if kept is not None:
+                with atomic_path(kept) as path:
+                    write_json(path, {"points": [asdict(each) for each in curve]})
             bars.learnt(progress, point)
 
         result = active_fa_mlirl(
@@ -195,11 +174,25 @@ def learn(
             callback=follow,
             candidates=np.flatnonzero(task.model.reachable(task.start_states)),
             start_states=task.start_states,
+            checkpoint=None if folder is None else folder / CHECKPOINT,
         )
     evidence = np.bincount(task.transitions.evidence, minlength=len(EVIDENCE))
     return Learnt(
         result, initial, curve, rules, purity, dict(zip(EVIDENCE, evidence.tolist(), strict=True))
     )
+
+
+def forget(folder: Path) -> None:
+    """Remove what `learn` kept in ``folder``."""
+    for name in (CHECKPOINT, CURVE):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _read_curve(path: Path) -> list[CurvePoint]:
+    try:
+        return [CurvePoint(**point) for point in read_json(path)["points"]]
+    except (TypeError, KeyError) as error:
+        raise InputError(f"{path}: not a learning curve ({error}); delete it") from error
 
 
 class _Bars:
@@ -229,57 +222,3 @@ class _Bars:
             success=f"{point.success:.1%}",
             accuracy=f"{point.accuracy_optimal_all:.1%}",
         )
-
-
-@dataclass(frozen=True)
-class Assessment:
-    """The figures of design §5, by the names in ``result.json``."""
-
-    accuracy_strict: Share
-    accuracy_optimal: Share
-    accuracy_optimal_all: Share
-    success_mdp: float
-    success_mdp_oracle: float
-    demonstrated_fraction: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain figures; shares with their Wilson 95 % intervals beside them."""
-        plain: dict[str, Any] = {}
-        for name, value in vars(self).items():
-            if isinstance(value, Share):
-                plain[name] = value.value
-                plain[f"{name}_interval"] = list(value.interval)
-            else:
-                plain[name] = value
-        return plain
-
-
-def assess(
-    task: TaskData, teacher: Teacher, policy: Policy, learnt: Learnt, rng: np.random.Generator
-) -> Assessment:
-    """Compare a policy with its demonstrator on states that were never shown."""
-    demonstrator = teacher.demonstrator
-    labels = learnt.result.demonstrations
-    validation = held_out(demonstrator, labels.state, task.start_states, rng)
-    optimal = demonstrator.optimal_actions
-
-    def success(policy_table: np.ndarray) -> float:
-        return success_mdp(task.model, policy_table, task.goal_states, task.start_states)
-
-    return Assessment(
-        accuracy_strict=accuracy_strict(policy.action, validation.state, validation.action),
-        accuracy_optimal=accuracy_optimal(policy.action, validation.state, optimal),
-        accuracy_optimal_all=accuracy_on_unseen(task, teacher, policy.action, labels.state),
-        success_mdp=success(policy.action),
-        success_mdp_oracle=success(uniform_policy(optimal)),
-        demonstrated_fraction=labels.demonstrated_fraction(N_STATES),
-    )
-
-
-def accuracy_on_unseen(
-    task: TaskData, teacher: Teacher, action: np.ndarray, shown: np.ndarray
-) -> Share:
-    """Share of all reachable states never shown whose action is as good as the demonstrator's."""
-    demonstrator = teacher.demonstrator
-    unseen = unseen_states(task.model, task.start_states, shown, demonstrator.terminal)
-    return accuracy_optimal(action, unseen, demonstrator.optimal_actions)

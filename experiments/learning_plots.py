@@ -9,7 +9,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from experiments.grasp_learning import Assessment, Learnt, Teacher
+from experiments.assessment import Assessment
+from experiments.grasp_learning import Learnt
+from experiments.teacher import Teacher
 from irl.policy import Policy
 from irl.task_data import TaskData
 from models.task.spaces import (

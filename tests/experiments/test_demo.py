@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 
 from experiments import demo, simulate
 from experiments.command import execute
+from experiments.grasp_learning import CHECKPOINT, CURVE
 from experiments.robot_data import SHIPPED_TASK
 from irl.files import sha256
 from irl.formats import read_npz, write_npz
@@ -87,6 +89,28 @@ def test_the_same_seed_gives_the_same_bytes(done, folder):
         for name in ("out", "again")
     ]
     assert episodes[0] == episodes[1]
+
+
+def test_a_demo_that_was_killed_goes_on_to_the_same_bytes(done, folder):
+    out = folder / "killed"
+    command = [sys.executable, "-m", "experiments.demo", *TINY, "--out", str(out)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120
+    while not (out / CHECKPOINT).exists():
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    assert not (out / "result.json").exists()
+    other = run("experiments.demo", *TINY, "--seed", "1", "--out", str(out))
+    assert other.returncode == 2
+    assert CHECKPOINT in other.stderr.splitlines()[-1]
+
+    again = run("experiments.demo", *TINY, "--out", str(out))
+    assert again.returncode == 0, again.stderr
+    assert sha256(out / "policy.safetensors") == sha256(folder / "out/policy.safetensors")
+    assert sha256(out / "learning.png") == sha256(folder / "out/learning.png")
+    assert not (out / CHECKPOINT).exists() and not (out / CURVE).exists()
 
 
 def test_simulate_plays_the_policy_that_the_demo_left(done, folder):

@@ -14,6 +14,7 @@ import torch
 from tqdm import tqdm
 
 from experiments.command import Output, execute
+from experiments.method_plots import plot_methods
 from irl.choices import check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
@@ -143,6 +144,17 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         )
     ceiling = success_mdp(model, uniform_policy(teacher.optimal_actions), goal, starts)
     show(rows, ceiling)
+    with output.file("methods.png") as path:
+        plot_methods(
+            path,
+            [row["method"] for row in rows],
+            [
+                ("success", [row["success_mdp"] for row in rows]),
+                ("as good, unseen states", [row["accuracy_optimal_all"] for row in rows]),
+            ],
+            [ceiling, 1.0],
+            [row["seconds"] for row in rows],
+        )
     return {
         "states": task.n_states,
         "demonstrated_fraction": shown.demonstrated_fraction(task.n_states),

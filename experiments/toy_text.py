@@ -15,6 +15,7 @@ import torch
 from tqdm import tqdm
 
 from experiments.command import Output, execute
+from experiments.method_plots import plot_methods
 from irl.choices import check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -125,6 +126,19 @@ def show(rows: list[dict[str, Any]]) -> None:
         )
 
 
+def draw(rows: list[dict[str, Any]], config: Config, path: Path) -> None:
+    """Draw every method's return in every world, beside that of the true reward's policy."""
+    of = {(row["environment"], row["method"]): row for row in rows}
+    worlds, methods = config.environments, config.methods
+    plot_methods(
+        path,
+        methods,
+        [(f"{world}: return", [of[world, m]["return"] for m in methods]) for world in worlds],
+        [of[world, methods[0]]["optimal"] for world in worlds],
+        [sum(of[world, m]["seconds"] for world in worlds) for m in methods],
+    )
+
+
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Learn and play; ``optimal`` is what the true reward's own policy earned in like episodes."""
     try:
@@ -173,6 +187,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         env.close()
     bar.close()
     show(rows)
+    with output.file("methods.png") as path:
+        draw(rows, config, path)
     return {"rows": rows}
 
 

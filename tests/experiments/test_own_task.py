@@ -55,6 +55,7 @@ def test_the_command_learns_and_leaves_task_and_policies(tmp_path):
     done = command("own_task", "--methods", "lp", "behaviour_cloning", "--out", tmp_path / "a")
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "a/result.json").read_text())
+    assert (tmp_path / "a/methods.png").read_bytes().startswith(b"\x89PNG")
     task = load_task(tmp_path / "a/task")
     assert [row["method"] for row in result["rows"]] == ["lp", "behaviour_cloning"]
     for row in result["rows"]:
@@ -94,6 +95,7 @@ def test_toy_worlds_are_learnt_and_played(tmp_path):
     done = command("toy_text", *options, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     rows = json.loads((tmp_path / "out/result.json").read_text())["rows"]
+    assert (tmp_path / "out/methods.png").read_bytes().startswith(b"\x89PNG")
     assert len(rows) == 6
     for row in rows:
         assert row.keys() >= {"environment", "method", "return", "optimal", "seconds"}

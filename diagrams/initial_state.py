@@ -37,15 +37,18 @@ def held_pose(orientation: int, gripper: int, noise: dict[str, float]) -> RigidT
         gripper: gripper orientation 0…17.
         noise: as `draw_noise` gives it.
     """
-    R_GO = R_WG[gripper].T @ R_WO[orientation]
-    flush = R_GO @ turn_to_flush(R_GO)
-    if geodesic_angle(R_GO, flush) < FLUSH_LIMIT:
-        R_GO = flush
+    R_GO = settle_in_hand(R_WG[gripper].T @ R_WO[orientation])
     R_GO = rotation_vector_to_matrix([0.0, noise["turn_about_closing"], 0.0]) @ R_GO
     depth = 0.5 * CUBE_EDGE * np.abs(R_GO[2]).sum()
     drawn_back = RETREAT if depth > 0.6 * CUBE_EDGE else 0.0
     # Within the pads' plane; across it the fingers centre the cube.
     return RigidTransform(RotationMatrix(R_GO), [noise["x"], 0.0, noise["y"] + drawn_back])
+
+
+def settle_in_hand(R_GO: np.ndarray) -> np.ndarray:
+    """Orientation ``[3, 3]`` of the cube in the gripper once the fingers have closed on it."""
+    flush = R_GO @ turn_to_flush(R_GO)
+    return flush if geodesic_angle(R_GO, flush) < FLUSH_LIMIT else R_GO
 
 
 def turn_to_flush(R_GO: np.ndarray) -> np.ndarray:

@@ -33,6 +33,7 @@ from experiments.transition_checks import (
 )
 from experiments.transition_coverage import coverage_by_gripper, plot_coverage, print_coverage
 from experiments.transition_export import save_tables, task_data
+from experiments.transition_memory import print_two_turns, two_turns
 from experiments.transition_physics import physics, print_physics
 from experiments.trial_campaign import ClassTrials, planned_classes, run_campaign
 from experiments.trial_options import Running, floating_campaign
@@ -125,6 +126,8 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
     if isinstance(config, Status):
         result["physics"] = physics(trials, entries, classes)
         print_physics(result["physics"])
+        result["two_turns"] = two_turns(entries)
+        print_two_turns(result["two_turns"])
     if isinstance(config, Export):
         result["task_hash"] = save_task(task_data(database, entries), config.to)
         print(f"task data in {config.to}")

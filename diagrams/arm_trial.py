@@ -16,7 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from diagrams.action_executor import ActionExecutor
 from diagrams.contact import set_cube_mass, set_friction
-from diagrams.initial_state import draw_noise, held_pose
+from diagrams.initial_state import Noise, NotHeldError, begin, held_pose
 from diagrams.policy_controller import SETTLE
 from diagrams.station import Station
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
@@ -86,16 +86,16 @@ def run_arm_trial(
     """
     started = time.process_time()
     state = State.from_index(pair.state)
-    noise = draw_noise(config, np.random.default_rng(seed))
-    try:
-        record = _course(rig, config, pair, state, noise)
-    except RuntimeError as error:  # Drake reports a failed solver step this way.
-        record = {"outcome": Outcome.FAULT, "fault": str(error).splitlines()[0]}
-    return TrialRecord(noise=noise, cpu_s=time.process_time() - started, **record)
+    record = begin(
+        lambda noise: _course(rig, config, pair, state, noise),
+        config,
+        np.random.default_rng(seed),
+    )
+    return TrialRecord(cpu_s=time.process_time() - started, **record)
 
 
 def _course(
-    rig: ArmRig, config: TrialConfig, pair: Pair, state: State, noise: dict[str, float]
+    rig: ArmRig, config: TrialConfig, pair: Pair, state: State, noise: Noise
 ) -> dict[str, Any]:
     simulator = Simulator(rig.diagram)
     root = simulator.get_mutable_context()
@@ -110,6 +110,9 @@ def _course(
     request.FixValue(root, [0, -1])
     simulator.Initialize()
     simulator.AdvanceTo(2 * config.settle_s)
+    outputs = station.GetMyContextFromRoot(root)
+    if state.is_grasp and not _is_held(station.GetOutputPort("task.state").Eval(outputs)):
+        raise NotHeldError
 
     request.FixValue(root, [1, pair.action])
     while True:
@@ -123,14 +126,13 @@ def _course(
             return {"outcome": Outcome.FAULT, "fault": "the action did not end"}
     simulator.AdvanceTo(root.get_time() + SETTLE)
 
-    outputs = station.GetMyContextFromRoot(root)
     after = int(station.GetOutputPort("task.state").Eval(outputs)[0])
     X_WO_after = station.GetOutputPort("object.pose").Eval(outputs)
     R_WO_after = X_WO_after.rotation().matrix()
     displacement = X_WO_after.translation() - _intended(state, Action.from_index(pair.action))
     turn = matrix_to_rotation_vector(R_WO_after @ R_WO[state.orientation].T)
     return {
-        "outcome": Outcome.HELD if N_FREE <= after < LOST else Outcome.FREE,
+        "outcome": Outcome.HELD if _is_held(after) else Outcome.FREE,
         "next_state": after,
         "turn": tuple(turn.tolist()),
         "displacement": tuple(displacement.tolist()),
@@ -143,7 +145,7 @@ def _course(
 
 
 def _initial(
-    planner: ActionPlanner, state: State, noise: dict[str, float]
+    planner: ActionPlanner, state: State, noise: Noise
 ) -> tuple[np.ndarray, float, RigidTransform]:
     """Joint angles, opening and pose of the cube with which a trial begins."""
     if state.gripper is None:
@@ -157,6 +159,11 @@ def _initial(
     X_GO = held_pose(state.orientation, state.gripper, noise)
     extent = CUBE_EDGE * float(np.abs(X_GO.rotation().matrix()[1]).sum())
     return q, extent + 1e-4, gripper_pose(POSITIONS[state.position], state.gripper) @ X_GO
+
+
+def _is_held(state: float | np.ndarray) -> bool:
+    """Whether a state's index is of a cube in the hand."""
+    return bool(N_FREE <= state < LOST)
 
 
 def _intended(state: State, action: Action) -> np.ndarray:

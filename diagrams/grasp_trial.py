@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from diagrams.initial_state import draw_noise, held_pose
+from diagrams.initial_state import Noise, NotHeldError, begin, held_pose
 from diagrams.state_identifier import is_held
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from diagrams.trial_rig import SPEED, TURN_SPEED, TrialRig, TrialScene
@@ -37,41 +37,42 @@ WITHDRAWAL = 0.1
 REST_SPEED = 1e-3
 """Of a cube that counts as at rest [m/s]."""
 
-Noise = dict[str, float]
-
 
 def run_trial(
-    rig: TrialRig, config: TrialConfig, pair: Pair, seed: int | np.random.SeedSequence
+    rig: TrialRig,
+    config: TrialConfig,
+    pair: Pair,
+    seed: int | np.random.SeedSequence,
+    *,
+    turned: float = 0.0,
 ) -> TrialRecord:
-    """Run one trial; the record depends on configuration, pair and seed alone.
+    """Run one trial; the record depends on configuration, pair, seed and turn alone.
 
     Args:
         rig: built with the configuration's time step.
         config: course and noise.
         pair: what is tried.
         seed: of the noise.
+        turned: how far a held cube is turned about the closing axis, noise apart [rad].
     """
-    return play_trial(rig, config, pair, draw_noise(config, np.random.default_rng(seed)))
-
-
-def play_trial(rig: TrialRig, config: TrialConfig, pair: Pair, noise: Noise) -> TrialRecord:
-    """Run one trial with given noise, all that `draw_noise` draws."""
     started = time.process_time()
     state, action = State.from_index(pair.state), Action.from_index(pair.action)
     hand = action.target if action.kind == Kind.GRASP else state.gripper
     assert hand is not None
-    tilt = rotation_vector_to_matrix([noise["gripper_roll"], noise["gripper_pitch"], 0.0])
     turn_W = None
     if action.kind == Kind.ROTATE and action.target is not None:
         turn_W = matrix_to_rotation_vector(R_WG[action.target] @ R_WG[hand].T)
-    try:
+
+    def attempt(noise: Noise) -> dict[str, Any]:
+        noise["turn_about_closing"] += turned
+        tilt = rotation_vector_to_matrix([noise["gripper_roll"], noise["gripper_pitch"], 0.0])
         scene = TrialScene(
             rig, R_WG[hand] @ tilt, turn_W, friction=noise["friction"], mass=noise["mass"]
         )
-        record = _COURSES[action.kind](scene, config, state, action, noise)
-    except RuntimeError as error:  # Drake reports a failed solver step this way.
-        record = {"outcome": Outcome.FAULT, "fault": str(error).splitlines()[0]}
-    return TrialRecord(noise=noise, cpu_s=time.process_time() - started, **record)
+        return _COURSES[action.kind](scene, config, state, action, noise)
+
+    record = begin(attempt, config, np.random.default_rng(seed))
+    return TrialRecord(cpu_s=time.process_time() - started, **record)
 
 
 def _grasp(
@@ -137,7 +138,11 @@ _COURSES: dict[Kind, Callable[..., dict[str, Any]]] = {
 def _hold(
     scene: TrialScene, config: TrialConfig, state: State, noise: Noise
 ) -> tuple[RigidTransform, dict[str, float]]:
-    """Begin with the cube in the closed hand; X_GO as begun, and the grip."""
+    """Begin with the cube in the closed hand; X_GO as begun, and the grip.
+
+    Raises:
+        NotHeldError: if the hand does not hold it.
+    """
     assert state.gripper is not None
     p_WG = POSITIONS[state.position]
     X_GO = held_pose(state.orientation, state.gripper, noise)
@@ -149,6 +154,8 @@ def _hold(
     scene.advance(config.settle_s)
     scene.support(False)
     scene.advance(config.settle_s)
+    if not _holds(scene):
+        raise NotHeldError
     return X_GO, _grip(scene)
 
 

@@ -1,18 +1,25 @@
 """How a trial begins: the noise it draws, and how a held cube lies in the hand."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from diagrams.trial_record import TrialConfig
+from diagrams.trial_record import Outcome, TrialConfig
 from models.gripper_poses import RETREAT
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.spaces import CUBE_EDGE, R_WG, R_WO
 
 FLUSH_LIMIT = np.radians(22.5)
 """Largest misalignment [rad] that closing fingers turn flush; beyond it edges jam."""
+MOST_DRAWS = 10
+"""Of initial states, until the hand holds the cube; one in two hundred is not held."""
+
+Noise = dict[str, float]
 
 
-def draw_noise(config: TrialConfig, rng: np.random.Generator) -> dict[str, float]:
+def draw_noise(config: TrialConfig, rng: np.random.Generator) -> Noise:
     """Draw every random quantity of a trial, always all and in the same order."""
     return {
         "x": rng.normal(0.0, config.position_sd),
@@ -26,7 +33,45 @@ def draw_noise(config: TrialConfig, rng: np.random.Generator) -> dict[str, float
     }
 
 
-def held_pose(orientation: int, gripper: int, noise: dict[str, float]) -> RigidTransform:
+class NotHeldError(RuntimeError):
+    """The hand lost the cube before the action began, so that there was nothing to try."""
+
+
+def begin(
+    attempt: Callable[[Noise], dict[str, Any]], config: TrialConfig, rng: np.random.Generator
+) -> dict[str, Any]:
+    """Draw initial states until one is what the trial's state names, and try the action from it.
+
+    A held state is one that a grasp has left. With some of the noise the fingers squeeze the cube
+    out as soon as they close: no grasp leaves that.
+
+    Args:
+        attempt: runs the trial with given noise, and returns what `TrialRecord` is made of.
+        config: the noise.
+        rng: draws it.
+
+    Returns:
+        What ``attempt`` returned, with noise and draws; a simulator's failure as a fault.
+    """
+    record: dict[str, Any] = {
+        "outcome": Outcome.FAULT,
+        "fault": f"the hand held the cube in none of {MOST_DRAWS} initial states",
+    }
+    draws, noise = 0, {}
+    while draws < MOST_DRAWS:
+        draws += 1
+        noise = draw_noise(config, rng)
+        try:
+            record = attempt(noise)
+        except NotHeldError:
+            continue
+        except RuntimeError as error:  # Drake reports a failed solver step this way.
+            record = {"outcome": Outcome.FAULT, "fault": str(error).splitlines()[0]}
+        break
+    return {**record, "noise": noise, "draws": draws}
+
+
+def held_pose(orientation: int, gripper: int, noise: Noise) -> RigidTransform:
     """X_GO with which a held state begins: what a grasp would have left, and noise.
 
     Closing turns a nearly flush cube flush; one that is further off is held by its edges. A

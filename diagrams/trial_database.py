@@ -43,6 +43,7 @@ CREATE TABLE IF NOT EXISTS trial (
     opening REAL NOT NULL,
     speed REAL NOT NULL,
     noise TEXT NOT NULL,
+    draws INTEGER NOT NULL,
     fault TEXT NOT NULL,
     cpu_s REAL NOT NULL,
     UNIQUE (configuration, state, action, repetition)
@@ -61,6 +62,7 @@ _PLAIN = (
     "pad_force",
     "opening",
     "speed",
+    "draws",
     "fault",
     "cpu_s",
 )

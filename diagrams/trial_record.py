@@ -107,6 +107,7 @@ class TrialRecord:
         opening: of the pads at that moment.
         speed: of the cube when the outcome was read [m/s].
         noise: what was drawn.
+        draws: how often, until the hand held the cube that it is to begin with.
         fault: the simulator's message, empty if none.
         cpu_s: processor time [s]; not part of the outcome.
     """
@@ -125,5 +126,6 @@ class TrialRecord:
     opening: float = 0.0
     speed: float = 0.0
     noise: dict[str, float] = field(default_factory=dict)
+    draws: int = 1
     fault: str = ""
     cpu_s: float = 0.0

@@ -5,8 +5,7 @@ from functools import cache
 import numpy as np
 
 from diagrams.arm_trial import ArmRig, run_arm_trial
-from diagrams.grasp_trial import play_trial, run_trial
-from diagrams.initial_state import draw_noise
+from diagrams.grasp_trial import run_trial
 from diagrams.trial_database import ARM, Campaign
 from diagrams.trial_record import Pair, TrialConfig, TrialRecord, spawn_key
 from diagrams.trial_rig import TrialRig
@@ -35,9 +34,7 @@ def release(
     The noise of a repetition is the same at every angle, so that angles are compared like for like.
     """
     sequence = np.random.SeedSequence(seed, spawn_key=spawn_key(pair, repetition))
-    noise = draw_noise(trial, np.random.default_rng(sequence))
-    noise["turn_about_closing"] += angle
-    return play_trial(_floating_rig(trial.time_step), trial, pair, noise)
+    return run_trial(_floating_rig(trial.time_step), trial, pair, sequence, turned=angle)
 
 
 @cache

@@ -5,7 +5,8 @@ import pytest
 
 from diagrams.contact import TIME_STEP
 from diagrams.grasp_trial import run_trial
-from diagrams.trial_record import Outcome, Pair, TrialConfig
+from diagrams.initial_state import MOST_DRAWS
+from diagrams.trial_record import Outcome, Pair, TrialConfig, spawn_key
 from diagrams.trial_rig import TrialRig
 from models.errors import ModelError
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
@@ -95,10 +96,24 @@ def test_a_cube_turns_with_the_hand_that_holds_it(try_pair, gripper, target):
 
 
 def test_a_cube_that_slips_out_of_the_hand_ends_free_and_at_rest(try_pair):
-    slippery = replace(QUIET, friction=(0.01, 0.01))
+    slippery = replace(QUIET, friction=(0.012, 0.012))
     record = try_pair(held(0, 10, Action(Kind.TRANSLATE, 17), position=0), 0, slippery)
     assert record.outcome == Outcome.FREE
     assert record.lift_height < 0.02 and record.speed < 0.01
+    assert record.draws == 1
+
+
+def test_what_the_hand_never_held_is_drawn_anew(try_pair):
+    # An edge towards the palm and 5 mm too deep: the fingers squeeze the cube out.
+    pair = held(0, 5, Action(Kind.ROTATE, 7))
+    seeds = (np.random.SeedSequence(0, spawn_key=spawn_key(pair, r)) for r in range(3))
+    records = [try_pair(pair, seed, TrialConfig()) for seed in seeds]
+    assert max(record.draws for record in records) > 1
+    assert all(record.pad_force > 30.0 for record in records)
+
+    never = try_pair(held(0, 10, DROP), 0, replace(QUIET, friction=(0.001, 0.001)))
+    assert (never.outcome, never.draws) == (Outcome.FAULT, MOST_DRAWS)
+    assert "in none of 10" in never.fault
 
 
 @pytest.mark.parametrize(

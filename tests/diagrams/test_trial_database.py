@@ -12,7 +12,7 @@ from models.task.trial_classes import trial_classes
 CAMPAIGN = Campaign(TrialConfig(), seed=0, description="d", drake="1")
 PAIR = Pair(9000, 54)
 RECORD = TrialRecord(
-    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise={"x": 0.1}
+    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise={"x": 0.1}, draws=2
 )
 
 

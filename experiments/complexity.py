@@ -45,18 +45,17 @@ from experiments.complexity_growth import (
     published_rows,
     save_plot,
 )
+from experiments.kept_rows import KeptRows
 from irl.baselines.birl import SamplingConfig
 from irl.baselines.differentiable_planning import Planner
 from irl.choices import check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
-from irl.formats import read_json, write_json
 from irl.methods import METHODS
 
 WARM_UP = 3  # iterations; the first plans for a reward of 0, from V = 0
 TURN = 0.1  # seconds a method is timed for at a time, and at least one iteration
-KEPT = "measured.json"
 TOLERANCE = {  # largest error of V, for methods that search for it
     **dict.fromkeys(("bellman_gradient", "linear_mlirl", "planning"), Planner.tolerance),
     "birl": 1e-6 / SamplingConfig.beta,
@@ -175,28 +174,6 @@ def setting() -> dict[str, Any]:
     }
 
 
-def read_kept(path: Path, identity: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The grids that an interrupted run of the same configuration has done.
-
-    Raises:
-        InputError: if it was of another configuration, or the file is damaged.
-    """
-    if not path.exists():
-        return []
-    kept = read_json(path)
-    fields = ("config", "rows")
-    if not isinstance(kept, dict) or any(name not in kept for name in fields):
-        raise InputError(f"{path}: fields 'config' and 'rows' wanted; remove it to start anew")
-    for name, value in identity.items():
-        there = kept["config"].get(name)
-        if there != value:
-            raise InputError(
-                f"{path}: an unfinished run whose {name} is {there}, here it is {value}; "
-                "run with the former settings, or remove the file to start anew"
-            )
-    return kept["rows"]
-
-
 def check(config: Config) -> None:
     """Refuse what cannot be run.
 
@@ -223,8 +200,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         for name, value in asdict(config).items()
         if name != "out"
     }
-    path = output.folder / KEPT
-    rows = read_kept(path, identity)
+    kept = KeptRows(output, identity)
+    rows = kept.rows
     per_grid = len(config.methods) * config.rounds
     total = len(worlds) * per_grid
     with tqdm(total=total, initial=len(rows) * per_grid, unit="turn", desc="complexity") as bar:
@@ -232,13 +209,11 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             bar.set_description(f"{world.n_states:,} states")
             skipped = over_budget(rows, config.budget)
             names = [name for name in config.methods if name not in skipped]
-            rows.append(measure(world, names, config, bar) | {"skipped": skipped})
+            kept.add(measure(world, names, config, bar) | {"skipped": skipped})
             bar.update(len(rows) * per_grid - bar.n)
-            with output.file(KEPT) as temporary:
-                write_json(temporary, {"config": identity, "rows": rows})
     with output.file("complexity.png") as temporary:
         save_plot(rows, temporary)
-    path.unlink()
+    kept.forget()
     published = published_rows()
     return {
         "rows": rows,

@@ -7,6 +7,8 @@ to the next face.
 """
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from tqdm import tqdm
 
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.executors import Workers
+from experiments.kept_rows import KeptRows
 from experiments.trial_worker import release
 from irl.metrics import wilson_interval
 from models.rotations import rotation_vector_to_matrix
@@ -34,9 +37,14 @@ ENDS = ("back", "over", "elsewhere")
 
 
 def run_sweep(
-    trial: TrialConfig, angles: Sequence[float], repetitions: int, seed: int, workers: Workers
+    trial: TrialConfig,
+    angles: Sequence[float],
+    repetitions: int,
+    seed: int,
+    workers: Workers,
+    kept: KeptRows,
 ) -> list[dict[str, Any]]:
-    """Release the cube at each angle and height.
+    """Release the cube at each angle and height; points that are kept are not tried again.
 
     Args:
         trial: course and noise.
@@ -44,30 +52,34 @@ def run_sweep(
         repetitions: trials at each.
         seed: root of every trial's own seed.
         workers: where trials run.
+        kept: one row a point.
 
     Returns:
         One row for each angle and height.
     """
     drop = Action(Kind.DROP).index
-    jobs = []
-    for layer, height in enumerate(GRID_Z.tolist()):
+    points = list(product(enumerate(GRID_Z.tolist()), angles))[len(kept.rows) :]
+    running: dict[tuple[float, float], tuple[Pair, list[Future[TrialRecord]]]] = {}
+    for (layer, height), angle in points:
         pair = Pair(State(TRIAL_POSITION + layer, 0, HAND).index, drop)
-        for angle in angles:
-            turned = np.radians(angle)
-            futures = [
+        turned = float(np.radians(angle))
+        running[height, angle] = (
+            pair,
+            [
                 workers.executor.submit(release, trial, pair, turned, seed, repetition)
                 for repetition in range(repetitions)
-            ]
-            jobs.append((height, angle, pair, futures))
-    rows = []
-    with tqdm(total=len(jobs) * repetitions, unit="trial", desc="releases") as bar:
-        for height, angle, pair, futures in jobs:
+            ],
+        )
+    total = (len(kept.rows) + len(points)) * repetitions
+    done = len(kept.rows) * repetitions
+    with tqdm(total=total, initial=done, unit="trial", desc="releases") as bar:
+        for (height, angle), (pair, futures) in running.items():
             records = []
             for future in futures:
                 records.append(future.result())
                 bar.update()
-            rows.append({"height_m": height, "angle_deg": angle, **summary(pair, records)})
-    return rows
+            kept.add({"height_m": height, "angle_deg": angle, **summary(pair, records)})
+    return kept.rows
 
 
 def summary(pair: Pair, records: Sequence[TrialRecord]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from diagrams.transition_counts import thesis_entries
 from diagrams.trial_database import ARM, Campaign, TrialDatabase
 from experiments.command import Output
 from experiments.executors import start_workers
+from experiments.kept_rows import KeptRows
 from experiments.model_validation import draw_pairs, plot_validation, print_scores, scores
 from experiments.release_sweep import plot_sweep, run_sweep
 from experiments.robot_data import (
@@ -176,8 +177,14 @@ def releases(config: Releases, output: Output) -> dict[str, Any]:
     check_range("--angles", len(config.angles), 1)
     config.check()
     angles = sorted(set(config.angles))
+    identity = {
+        "angles": angles,
+        "repetitions": config.repetitions,
+        "campaign": floating_campaign(config.trial, config.seed).content(),
+    }
+    kept = KeptRows(output, identity)
     with start_workers(config.workers, config.cluster) as workers:
-        rows = run_sweep(config.trial, angles, config.repetitions, config.seed, workers)
+        rows = run_sweep(config.trial, angles, config.repetitions, config.seed, workers, kept)
     for row in rows:
         print(
             f"z = {row['height_m']:g} m, {row['angle_deg']:4g}°: of {row['trials']} "
@@ -186,4 +193,5 @@ def releases(config: Releases, output: Output) -> dict[str, Any]:
         )
     with output.file("releases.png") as path:
         plot_sweep(rows, path)
+    kept.forget()
     return {"rows": rows}

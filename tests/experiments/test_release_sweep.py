@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
-from experiments.executors import start_workers
+from experiments.command import Output
+from experiments.executors import Workers, start_workers
+from experiments.kept_rows import KeptRows
 from experiments.release_sweep import HAND, plot_sweep, run_sweep, summary
+from irl.errors import InputError
 from models.task.spaces import R_WG, Action, Kind, State
 
 PAIR = Pair(State(8, 0, HAND).index, Action(Kind.DROP).index)
@@ -26,11 +29,19 @@ def test_ends_are_counted_by_the_face_and_faults_left_out():
     assert summary(PAIR, [fault])["trials"] == 0
 
 
+QUIET = TrialConfig(position_sd=0.0, yaw_sd=0.0, tilt_sd=0.0)
+ANGLES = (15.0, 75.0)
+
+
 @pytest.fixture(scope="module")
-def swept():
-    quiet = TrialConfig(position_sd=0.0, yaw_sd=0.0, tilt_sd=0.0)
+def output(tmp_path_factory):
+    return Output(tmp_path_factory.mktemp("releases"), None)
+
+
+@pytest.fixture(scope="module")
+def swept(output):
     with start_workers(1) as workers:
-        return run_sweep(quiet, (15.0, 75.0), 1, 0, workers)
+        return run_sweep(QUIET, ANGLES, 1, 0, workers, KeptRows(output, {}))
 
 
 def test_a_tilted_cube_falls_to_the_nearer_face(swept, tmp_path):
@@ -40,3 +51,14 @@ def test_a_tilted_cube_falls_to_the_nearer_face(swept, tmp_path):
         assert row["back" if angle < 45 else "over"] == row["trials"] == 1
     plot_sweep(swept, tmp_path / "r.png")
     assert (tmp_path / "r.png").stat().st_size > 10_000
+
+
+def test_points_that_were_kept_are_not_tried_again(swept, output):
+    kept = KeptRows(output, {})
+    assert kept.rows == swept
+    nobody = Workers(None, lambda: 0)
+    assert run_sweep(QUIET, ANGLES, 1, 0, nobody, kept) == swept
+    with pytest.raises(InputError, match=r"measured\.json: .* angles is None, here it is 3"):
+        KeptRows(output, {"angles": 3})
+    kept.forget()
+    assert KeptRows(output, {"angles": 3}).rows == []

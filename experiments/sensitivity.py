@@ -116,6 +116,7 @@ def compare(tried: Mapping[str, Trials], classes: TrialClasses) -> list[dict[str
                     "pair": f"{_words(State.from_index(pair.state))}: "
                     f"{Action.from_index(pair.action)}",
                     "kind": classes.kind(number).name.lower(),
+                    "layer": _layer(classes, number),
                     "variant": name,
                     "trials": 0,
                     **dict.fromkeys(ASPECTS, 0),
@@ -130,6 +131,40 @@ def compare(tried: Mapping[str, Trials], classes: TrialClasses) -> list[dict[str
             change = np.subtract(record.displacement, base.displacement)[:2]
             row["drift_change_m"] = max(row["drift_change_m"], float(np.hypot(*change)))
     return [rows[key] for key in sorted(rows)]
+
+
+def summarise(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """One row for each variant and kind of action, drops by layer: in how many trials what changed.
+
+    Args:
+        rows: as `compare` gives them.
+    """
+    total: dict[tuple[str, str], dict[str, Any]] = {}
+    for row in rows:
+        action = row["kind"] if row["layer"] is None else f"{row['kind']}, {row['layer']} layer"
+        own = total.setdefault(
+            (row["variant"], action),
+            {"variant": row["variant"], "action": action, "classes": 0, "trials": 0}
+            | dict.fromkeys(ASPECTS, 0)
+            | {"drift_change_m": 0.0},
+        )
+        own["classes"] += 1
+        for key in ("trials", *ASPECTS):
+            own[key] += row[key]
+        own["drift_change_m"] = max(own["drift_change_m"], row["drift_change_m"])
+    return list(total.values())
+
+
+def print_summary(rows: Iterable[Mapping[str, Any]]) -> None:
+    """One line for each row of `summarise`."""
+    heads = "".join(f"{aspect:>12}" for aspect in ASPECTS)
+    print(f"{'variant':>14}  {'action':20} {'trials':>6}{heads} changed, largest change of place")
+    for row in rows:
+        cells = "".join(f"{row[aspect]:12d}" for aspect in ASPECTS)
+        print(
+            f"{row['variant']:>14}  {row['action']:20} {row['trials']:6d}{cells} "
+            f"{1e3 * row['drift_change_m']:8.1f} mm"
+        )
 
 
 def plot_sensitivity(rows: list[dict[str, Any]], path: Path) -> None:
@@ -164,6 +199,12 @@ def _aspects(pair: Pair, record: TrialRecord) -> tuple[Outcome, int, int]:
     up = R_WO[int(after)][2]
     face = int(np.abs(up).argmax())
     return record.outcome, face if up[face] > 0 else face + 3, int(after)
+
+
+def _layer(classes: TrialClasses, number: int) -> str | None:
+    if classes.kind(number) != Kind.DROP:
+        return None
+    return ("lower", "upper")[classes.within(number)[1]]
 
 
 def _words(state: State) -> str:

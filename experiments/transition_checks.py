@@ -26,7 +26,15 @@ from experiments.robot_data import (
     load_feasibility,
 )
 from experiments.rule_validation import draw_rule_pairs, find_rules, judge, print_rules
-from experiments.sensitivity import ASPECTS, compare, plot_sensitivity, run_variants, sample_classes
+from experiments.sensitivity import (
+    ASPECTS,
+    compare,
+    plot_sensitivity,
+    print_summary,
+    run_variants,
+    sample_classes,
+    summarise,
+)
 from experiments.trial_campaign import PairTrials, planned_classes, run_campaign
 from experiments.trial_options import Running, floating_campaign
 from irl.choices import check_range
@@ -165,10 +173,13 @@ def sensitivity(config: Sensitivity, output: Output) -> dict[str, Any]:
     for row in rows:
         if any(row[aspect] for aspect in ASPECTS):
             changed = ", ".join(f"{aspect} {row[aspect]}" for aspect in ASPECTS)
-            print(f"{row['variant']:>14}  {row['pair']}: of {row['trials']} changed {changed}")
+            layer = "" if row["layer"] is None else f" from the {row['layer']} layer"
+            print(f"{row['variant']:>14}  {row['pair']}{layer}: of {row['trials']} {changed}")
+    total = summarise(rows)
+    print_summary(total)
     with output.file("sensitivity.png") as path:
         plot_sensitivity(rows, path)
-    return {"rows": rows}
+    return {"summary": total, "rows": rows}
 
 
 def releases(config: Releases, output: Output) -> dict[str, Any]:

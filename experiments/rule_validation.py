@@ -5,8 +5,14 @@ tried, and what came about is held against what the rule foretold.
 """
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
 import numpy as np
 
 from diagrams.transition_counts import (
@@ -18,6 +24,7 @@ from diagrams.transition_counts import (
 )
 from diagrams.trial_record import Pair
 from experiments.model_validation import Entries, scores
+from irl.metrics import wilson_interval
 from models.task.kernel_rules import EXACT_RULES, THESIS_RULES, exact_rule
 from models.task.spaces import N_ACTIONS, Kind, decode_actions
 from models.task.trial_classes import TrialClasses
@@ -105,6 +112,30 @@ def print_rules(rows: Sequence[Mapping[str, Any]]) -> None:
                     f"{part['most_likely'][0]:10.1%} {part['expected']:9.1%} "
                     f"{part['probable'][0]:9.1%}"
                 )
+
+
+def plot_rules(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+    """Draw how often each rule's likeliest state came about, beside what it expected itself."""
+    names, shares, errors, expected = [], [], [], []
+    for row in rows:
+        parts = [part for part in row["by_action"].values() if part["trials"]]
+        if not parts:
+            continue
+        trials = sum(part["trials"] for part in parts)
+        hits = round(sum(part["most_likely"][0] * part["trials"] for part in parts))
+        low, high = wilson_interval(hits, trials)
+        names.append(f"{row['source']}: {row['rule']}\n{trials} trials")
+        shares.append(hits / trials)
+        errors.append((max(0.0, hits / trials - low), max(0.0, high - hits / trials)))
+        expected.append(sum(part["expected"] * part["trials"] for part in parts) / trials)
+    figure, axes = plt.subplots(figsize=(8, 0.5 * len(names) + 1.2), layout="constrained")
+    axes.barh(names, shares, xerr=np.array(errors).T, color="#4393c3", capsize=3)
+    axes.plot(expected, names, "kd", ms=5, ls="none", label="expected by the rule's own model")
+    axes.set(xlim=(0, 1.02), xlabel="the likeliest state came about, 95 % interval")
+    axes.invert_yaxis()
+    axes.legend(loc="lower left")
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
 
 
 def _restrict(rule: Rule) -> TransitionEntries:

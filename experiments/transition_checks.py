@@ -25,7 +25,7 @@ from experiments.robot_data import (
     SHIPPED_TRIALS,
     load_feasibility,
 )
-from experiments.rule_validation import draw_rule_pairs, find_rules, judge, print_rules
+from experiments.rule_validation import draw_rule_pairs, find_rules, judge, plot_rules, print_rules
 from experiments.sensitivity import (
     ASPECTS,
     compare,
@@ -137,7 +137,6 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
 
 def rules(config: Rules, output: Output) -> dict[str, Any]:
     """Try pairs that follow from a campaign by one rule alone."""
-    del output
     check_range("--trials", config.trials, 1)
     config.check()
     classes, feasible = trial_classes(), load_feasibility().mask()
@@ -151,6 +150,8 @@ def rules(config: Rules, output: Output) -> dict[str, Any]:
         run_campaign(database, campaign, PairTrials(every), workers)
     rows = judge(found, drawn, list(database.trials()))
     print_rules(rows)
+    with output.file("rules.png") as path:
+        plot_rules(rows, path)
     return {"rows": rows}
 
 

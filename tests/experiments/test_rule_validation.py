@@ -7,7 +7,14 @@ import pytest
 
 from diagrams.trial_record import Outcome, Pair, TrialRecord
 from experiments.robot_data import load_feasibility
-from experiments.rule_validation import EXACT, THESIS, draw_rule_pairs, find_rules, judge
+from experiments.rule_validation import (
+    EXACT,
+    THESIS,
+    draw_rule_pairs,
+    find_rules,
+    judge,
+    plot_rules,
+)
 from models.task.kernel_rules import EXACT_RULES, THESIS_RULES
 from models.task.spaces import Action, Kind, State
 from models.task.trial_classes import trial_classes
@@ -49,7 +56,7 @@ def test_pairs_are_drawn_by_the_seed_and_evenly_over_the_kinds(rules):
     assert kinds == {Kind.GRASP, Kind.DROP}
 
 
-def test_what_came_about_is_held_against_the_rule(rules):
+def test_what_came_about_is_held_against_the_rule(rules, tmp_path):
     cube = next(rule for rule in rules if rule.name == "cube")
     kept, fell = draw_rule_pairs(cube, 2, np.random.default_rng(0))
 
@@ -67,3 +74,6 @@ def test_what_came_about_is_held_against_the_rule(rules):
     assert (row["source"], row["rule"], row["trials"]) == (EXACT, "cube", 2)
     assert row["by_action"]["drop"]["most_likely"][0] == 0.5
     assert row["by_action"]["drop"]["expected"] == 1.0
+    (perfect,) = judge([cube], [[kept]], trials)
+    plot_rules([row, perfect], tmp_path / "r.png")
+    assert (tmp_path / "r.png").stat().st_size > 5_000

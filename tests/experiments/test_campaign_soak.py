@@ -3,6 +3,7 @@
 Minutes, so not part of the suite: ``python -m pytest -m soak``.
 """
 
+import contextlib
 import json
 import os
 import random
@@ -109,9 +110,9 @@ def test_killed_workers_of_a_cluster_change_nothing(uninterrupted, tmp_path):
             while len(killed) < WORKER_KILLS and not over.wait(moments.uniform(1.0, 6.0)):
                 # A worker that is being restarted is not there, or has no process yet.
                 pids = [nanny.pid for nanny in list(cluster.workers.values()) if nanny.pid]
-                if pids:
-                    killed.append(moments.choice(pids))
-                    os.kill(killed[-1], signal.SIGKILL)
+                with contextlib.suppress(IndexError, ProcessLookupError):
+                    os.kill(pid := moments.choice(pids), signal.SIGKILL)
+                    killed.append(pid)
 
         killer = Thread(target=kill)
         killer.start()

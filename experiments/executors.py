@@ -3,15 +3,23 @@
 import os
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import wait as wait_for
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from threading import Thread
+from typing import TypeVar
 
 from irl.errors import InputError
 
+Job = TypeVar("Job")
+Answer = TypeVar("Answer")
+
+AHEAD = 2
+"""Jobs submitted per worker: one runs, one waits, so that none idles and little is lost."""
 CONNECT_S = 10
 """How long a cluster may take to answer [s]."""
 ASK_AGAIN_S = 2.0
@@ -53,6 +61,42 @@ def start_workers(workers: int, cluster: str = "") -> Iterator[Workers]:
         workers, mp_context=get_context("spawn"), initializer=_end_with_parent
     ) as pool:
         yield Workers(pool, lambda: workers)
+
+
+def run_jobs(
+    workers: Workers,
+    next_job: Callable[[], Job | None],
+    start: Callable[[Job], Future[Answer]],
+) -> Iterator[tuple[Job, Answer]]:
+    """Run jobs and give each with its answer, as they end; again if a job's worker was lost.
+
+    Args:
+        workers: where they run.
+        next_job: what to run next; None if there is nothing at present, or at all.
+        start: submits a job to the executor.
+
+    Raises:
+        InputError: if a worker process died.
+    """
+    running: dict[Future[Answer], Job] = {}
+    while True:
+        while len(running) < AHEAD * workers.count() and (job := next_job()) is not None:
+            running[start(job)] = job
+        if not running:
+            return
+        for future in wait_for(running, return_when=FIRST_COMPLETED).done:
+            job = running.pop(future)
+            try:
+                answer = future.result()
+            except workers.lost:
+                running[start(job)] = job
+                continue
+            except BrokenProcessPool as error:
+                raise InputError(
+                    "--workers: a worker process died, perhaps for want of memory; nothing "
+                    "committed is lost, and the same command goes on"
+                ) from error
+            yield job, answer
 
 
 def _end_with_parent() -> None:

@@ -6,6 +6,7 @@ the same drop is tried with the cube turned about the closing axis, between the 
 to the next face.
 """
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from itertools import product
@@ -21,7 +22,7 @@ import numpy as np
 from tqdm import tqdm
 
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
-from experiments.executors import Workers
+from experiments.executors import Workers, run_jobs
 from experiments.kept_rows import KeptRows
 from experiments.trial_worker import release
 from irl.metrics import wilson_interval
@@ -58,27 +59,30 @@ def run_sweep(
         One row for each angle and height.
     """
     drop = Action(Kind.DROP).index
-    points = list(product(enumerate(GRID_Z.tolist()), angles))[len(kept.rows) :]
-    running: dict[tuple[float, float], tuple[Pair, list[Future[TrialRecord]]]] = {}
-    for (layer, height), angle in points:
-        pair = Pair(State(TRIAL_POSITION + layer, 0, HAND).index, drop)
+    points = [
+        (Pair(State(TRIAL_POSITION + layer, 0, HAND).index, drop), height, angle)
+        for layer, height in enumerate(GRID_Z.tolist())
+        for angle in angles
+    ]
+    first = len(kept.rows)
+    jobs = iter(list(product(range(first, len(points)), range(repetitions))))
+    found: dict[int, dict[int, TrialRecord]] = defaultdict(dict)
+
+    def start(job: tuple[int, int]) -> Future[TrialRecord]:
+        pair, _, angle = points[job[0]]
         turned = float(np.radians(angle))
-        running[height, angle] = (
-            pair,
-            [
-                workers.executor.submit(release, trial, pair, turned, seed, repetition)
-                for repetition in range(repetitions)
-            ],
-        )
-    total = (len(kept.rows) + len(points)) * repetitions
-    done = len(kept.rows) * repetitions
-    with tqdm(total=total, initial=done, unit="trial", desc="releases") as bar:
-        for (height, angle), (pair, futures) in running.items():
-            records = []
-            for future in futures:
-                records.append(future.result())
-                bar.update()
-            kept.add({"height_m": height, "angle_deg": angle, **summary(pair, records)})
+        return workers.executor.submit(release, trial, pair, turned, seed, job[1])
+
+    total = len(points) * repetitions
+    with tqdm(total=total, initial=first * repetitions, unit="trial", desc="releases") as bar:
+        for (point, repetition), record in run_jobs(workers, lambda: next(jobs, None), start):
+            found[point][repetition] = record
+            bar.update()
+            # Points are kept in order, whichever is done first.
+            while len(found[len(kept.rows)]) == repetitions:
+                pair, height, angle = points[len(kept.rows)]
+                records = [found[len(kept.rows)][r] for r in range(repetitions)]
+                kept.add({"height_m": height, "angle_deg": angle, **summary(pair, records)})
     return kept.rows
 
 

@@ -2,8 +2,7 @@
 
 import time
 from collections.abc import Iterable
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future
 from typing import Protocol
 
 import numpy as np
@@ -12,14 +11,10 @@ from tqdm import tqdm
 from diagrams.trial_database import Campaign, TrialDatabase
 from diagrams.trial_plan import Plan, Queue, outcome_label
 from diagrams.trial_record import Pair, TrialRecord
-from experiments.executors import Workers
+from experiments.executors import Workers, run_jobs
 from experiments.trial_worker import work
-from irl.errors import InputError
 from models.task.spaces import N_STATES
 from models.task.trial_classes import TrialClasses
-
-AHEAD = 2
-"""Trials submitted per worker: one runs, one waits, so that none idles and little is lost."""
 
 
 class Source(Protocol):
@@ -125,33 +120,16 @@ def run_campaign(
     deadline = np.inf if hours is None else time.monotonic() + 3600.0 * hours
     for trial in database.trials():
         source.add(*trial)
-    running: dict[Future[TrialRecord], tuple[Pair, int]] = {}
 
-    def submit(pair: Pair, repetition: int) -> None:
-        running[workers.executor.submit(work, campaign, pair, repetition)] = pair, repetition
+    def next_job() -> tuple[Pair, int] | None:
+        return source.next() if time.monotonic() < deadline else None
+
+    def start(job: tuple[Pair, int]) -> Future[TrialRecord]:
+        return workers.executor.submit(work, campaign, *job)
 
     with tqdm(total=source.wanted, initial=source.done, unit="trial", desc="trials") as bar:
-        while True:
-            while len(running) < AHEAD * workers.count() and time.monotonic() < deadline:
-                job = source.next()
-                if job is None:
-                    break
-                submit(*job)
-            if not running:
-                return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                job = running.pop(future)
-                try:
-                    record = future.result()
-                except workers.lost:
-                    submit(*job)
-                    continue
-                except BrokenProcessPool as error:
-                    raise InputError(
-                        "--workers: a worker process died, perhaps for want of memory; nothing "
-                        "committed is lost, and the same command goes on"
-                    ) from error
-                database.add(*job, record)
-                source.add(*job, record)
+        for job, record in run_jobs(workers, next_job, start):
+            database.add(*job, record)
+            source.add(*job, record)
             bar.total, bar.n = source.wanted, source.done
             bar.refresh()

@@ -110,7 +110,7 @@ class TrialDatabase:
         """Open or create a database.
 
         Args:
-            path: of the file.
+            path: of the file; its folder is made if missing.
             campaign: to record trials under; None opens an existing database for reading.
 
         Raises:
@@ -125,6 +125,7 @@ class TrialDatabase:
             if campaign is None:
                 self._connection = sqlite3.connect(_read_only(self.path), uri=True)
             else:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
                 self._connection = sqlite3.connect(self.path)
             tables = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             found = self._connection.execute("PRAGMA user_version").fetchone()[0]
@@ -145,7 +146,7 @@ class TrialDatabase:
                         "INSERT INTO configuration VALUES (1, ?, ?)",
                         (campaign.hash, json.dumps(campaign.content(), sort_keys=True)),
                     )
-        except sqlite3.Error as error:
+        except (sqlite3.Error, OSError) as error:
             raise ModelError(f"{self.path}: not usable as a trial database ({error})") from error
         self.content = json.loads(stored[0]) if stored else campaign.content()  # type: ignore[union-attr]
         if campaign is not None and campaign.content() != self.content:

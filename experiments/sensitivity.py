@@ -77,7 +77,6 @@ def run_variants(
         Trials by variant.
     """
     plan = Plan(block=1, least=repetitions, most=repetitions)
-    folder.mkdir(parents=True, exist_ok=True)
     tried: dict[str, Trials] = {}
     for name, trial in variants(campaign.trial).items():
         own = replace(campaign, trial=trial)

@@ -74,8 +74,16 @@ def test_a_database_that_cannot_be_written_is_named_and_keeps_what_it_has(tmp_pa
     with pytest.raises(ModelError, match=r"t\.db: a trial could not be written \(.*readonly"):
         database.add(PAIR, 1, RECORD)
     assert list(database.trials()) == [(PAIR, 0, RECORD)]
-    with pytest.raises(ModelError, match=r"none/t\.db: not usable"):
-        TrialDatabase(tmp_path / "none" / "t.db", CAMPAIGN)
+    with pytest.raises(ModelError, match=r"t\.db/t\.db: not usable"):
+        TrialDatabase(tmp_path / "t.db" / "t.db", CAMPAIGN)
+
+
+def test_a_new_database_makes_its_folder_and_an_absent_one_does_not(tmp_path):
+    TrialDatabase(tmp_path / "new" / "folder" / "t.db", CAMPAIGN).close()
+    assert TrialDatabase(tmp_path / "new" / "folder" / "t.db").content == CAMPAIGN.content()
+    with pytest.raises(ModelError, match="no such trial database"):
+        TrialDatabase(tmp_path / "other" / "t.db")
+    assert not (tmp_path / "other").exists()
 
 
 @pytest.mark.parametrize("campaign", [CAMPAIGN, None])

@@ -76,6 +76,8 @@ def run_arm_trial(
 ) -> TrialRecord:
     """Run one trial; the record depends on configuration, pair and seed alone.
 
+    Grasps do so up to rounding: the arm's inverse kinematics at a measured pose was seen to differ
+    in the last bits from process to process, and the record's numbers by 1e-12, never its outcome.
     Of the noise, the gripper's tilt is left out: the arm's own errors take its place.
 
     Args:

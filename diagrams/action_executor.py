@@ -10,11 +10,11 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from pydrake.trajectories import Trajectory
 
-from models import gripper
-from models.kinematics import HOME
-from models.motion import ActionPlanner, Grip, Infeasible, Move
+from models.motion.planner import ActionPlanner, Grip, Infeasible, Move
+from models.motion.timing import time_path
+from models.scenes import gripper
+from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, decode_states
-from models.timing import time_path
 
 PERIOD = 0.01
 """Between two looks at the request [s]."""

@@ -20,11 +20,11 @@ from diagrams.initial_state import Noise, NotHeldError, begin, held_pose
 from diagrams.policy_controller import SETTLE
 from diagrams.station import Station
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
-from models import gripper
-from models.gripper_poses import gripper_pose
-from models.kinematics import HOME
-from models.motion import ActionPlanner
+from models.maps.gripper_poses import gripper_pose
+from models.motion.planner import ActionPlanner
 from models.rotations import matrix_to_rotation_vector, rotation_z
+from models.scenes import gripper
+from models.scenes.planning_scene import HOME
 from models.task.discretise import nearest_orientation
 from models.task.spaces import (
     CUBE_EDGE,

@@ -16,9 +16,9 @@ from diagrams.initial_state import Noise, NotHeldError, begin, held_pose
 from diagrams.state_identifier import is_held
 from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
 from diagrams.trial_rig import SPEED, TURN_SPEED, TrialRig, TrialScene
-from models import gripper
-from models.gripper_poses import grasp_position
+from models.maps.gripper_poses import grasp_position
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
+from models.scenes import gripper
 from models.task.discretise import identify
 from models.task.spaces import (
     CUBE_EDGE,

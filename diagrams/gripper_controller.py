@@ -5,7 +5,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 
 from diagrams.reference_ramp import ReferenceRamp
-from models import gripper
+from models.scenes import gripper
 
 GRIP_FORCE = 40.0
 """Force of each pad on what it holds [N]; the vendor's range is 20 to 235 N."""

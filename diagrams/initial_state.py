@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
 from diagrams.trial_record import Outcome, TrialConfig
-from models.gripper_poses import RETREAT
+from models.maps.gripper_poses import RETREAT
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.spaces import CUBE_EDGE, R_WG, R_WO
 

@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from diagrams.action_executor import ActionExecutor
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.station import Station
-from models.motion import ActionPlanner
+from models.motion.planner import ActionPlanner
 from models.rotations import rotation_z
 from models.task.spaces import LOST, N_FREE, POSITIONS, R_WO, REST_HEIGHT, decode_states
 

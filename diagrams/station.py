@@ -11,9 +11,9 @@ from diagrams.arm_controller import ArmController, prepare_arm
 from diagrams.contact import TIME_STEP, use_grasp_contact
 from diagrams.gripper_controller import GripperController, prepare_gripper
 from diagrams.state_identifier import StateIdentifier
-from models import gripper
-from models.kinematics import HOME
-from models.scene import ARM, CUBE, GRIPPER, add_models
+from models.scenes import gripper
+from models.scenes.description_files import ARM, CUBE, GRIPPER, add_models
+from models.scenes.planning_scene import HOME
 
 
 class _Poses(LeafSystem):

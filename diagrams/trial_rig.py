@@ -18,8 +18,8 @@ from pydrake.systems.framework import DiagramBuilder
 from diagrams.contact import set_cube_mass, set_friction, use_grasp_contact
 from diagrams.gripper_controller import GripperController, prepare_gripper
 from diagrams.reference_ramp import ReferenceRamp
-from models import gripper
-from models.scene import CUBE, add_models
+from models.scenes import gripper
+from models.scenes.description_files import CUBE, add_models
 from models.task.spaces import CUBE_EDGE
 
 MODEL_FILES = ("table.sdf", "gantry.urdf", "robotiq_2f_85.urdf", "cube.sdf")

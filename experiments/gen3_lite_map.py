@@ -19,10 +19,10 @@ from tqdm import tqdm
 
 from experiments.command import Output
 from experiments.robot_data import MAP
-from models.gen3_lite_chain import LIMIT, forward, tune
-from models.gen3_lite_csv import write_map
-from models.gen3_lite_ik import solve_batch, within_limits
-from models.gen3_lite_reachability import NONE, STARTS, VALUES, Entry, build, numerical
+from models.gen3_lite.chain import LIMIT, forward, tune
+from models.gen3_lite.ik import solve_batch, within_limits
+from models.maps.lite import NONE, STARTS, VALUES, Entry, build, numerical
+from models.maps.lite_csv import write_map
 from models.task.spaces import GRIPPER_NAMES, POSITIONS
 
 RANDOM_POSES = 2000

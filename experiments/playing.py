@@ -17,7 +17,7 @@ from diagrams.camera import StillCamera
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import TIME_LIMIT, Played, PolicyRun
 from experiments.command import Output
-from models.motion import ActionPlanner
+from models.motion.planner import ActionPlanner
 from models.task.spaces import Action
 from models.task.tables import describe_state
 

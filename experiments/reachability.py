@@ -19,15 +19,16 @@ from experiments.command import Output, execute
 from experiments.robot_data import FEASIBILITY, MAP, save_feasibility
 from experiments.workspace_plots import plot_slices, write_scene
 from irl.choices import check_choice, check_range
-from models import feasibility, reachability, workspace_audit, workspace_csv
-from models.feasibility import Feasibility
-from models.gripper_poses import Layer, gripper_pose
-from models.inverse_kinematics import IkSolution, solve
-from models.kinematics import MARGIN, PlanningScene
-from models.reachability import ReachabilityMap
-from models.reachability_csv import write_map
+from models.inverse_kinematics.solver import IkSolution, solve
+from models.maps import reachability, workspace_audit, workspace_csv
+from models.maps.gripper_poses import Layer, gripper_pose
+from models.maps.reachability import ReachabilityMap
+from models.maps.reachability_csv import write_map
+from models.maps.workspace import CLEARANCE_LIMIT, FAILURES, Grid
+from models.motion import feasibility
+from models.motion.feasibility import Feasibility
+from models.scenes.planning_scene import MARGIN, PlanningScene
 from models.task.spaces import GRIPPER_NAMES, POSITIONS
-from models.workspace import CLEARANCE_LIMIT, FAILURES, Grid
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import numpy as np
 from irl.files import sha256
 from irl.formats import read_npz, write_npz
 from models.errors import ModelError
-from models.feasibility import Feasibility
-from models.motion import ActionPlanner
-from models.reachability_csv import read_map
+from models.maps.reachability_csv import read_map
+from models.motion.feasibility import Feasibility
+from models.motion.planner import ActionPlanner
 
 DATA = Path(__file__).parent / "data"
 SHIPPED_TASK = DATA / "grasp"

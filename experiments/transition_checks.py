@@ -40,7 +40,7 @@ from experiments.trial_options import Running, floating_campaign
 from irl.choices import check_range
 from irl.files import sha256
 from irl.task_data import load_task
-from models.scene import STATION_FILES, description_hash
+from models.scenes.description_files import STATION_FILES, description_hash
 from models.task.spaces import Kind
 from models.task.trial_classes import trial_classes
 

@@ -7,7 +7,7 @@ from diagrams.trial_database import Campaign
 from diagrams.trial_record import TrialConfig
 from diagrams.trial_rig import MODEL_FILES
 from irl.choices import check_range
-from models.scene import description_hash
+from models.scenes.description_files import description_hash
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.perception import BaseField, Fields, PointCloud
 from pydrake.systems.framework import DiagramBuilder
 
-from models.kinematics import HOME
-from models.scene import ARM, add_models
-from models.workspace_map import WorkspaceMap
+from models.maps.workspace_map import WorkspaceMap
+from models.scenes.description_files import ARM, add_models
+from models.scenes.planning_scene import HOME
 
 COLOURS = "viridis"
 TITLE = "Workspace map"

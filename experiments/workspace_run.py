@@ -19,10 +19,10 @@ from irl.errors import InputError
 from irl.files import atomic_path
 from irl.formats import read_json, read_npz, write_json, write_npz
 from models.errors import ModelError
-from models.kinematics import MARGIN
-from models.scene import description_hash
-from models.workspace import FAILURES, Decisions, Grid, WorkspaceSolver
-from models.workspace_map import WorkspaceMap
+from models.maps.workspace import FAILURES, Decisions, Grid, WorkspaceSolver
+from models.maps.workspace_map import WorkspaceMap
+from models.scenes.description_files import description_hash
+from models.scenes.planning_scene import MARGIN
 
 FILE = "workspace.npz"
 """The map's file name."""

@@ -20,10 +20,10 @@ from diagrams.gripper_controller import GRIP_FORCE, KNUCKLE_SPEED
 from diagrams.trial_record import TrialConfig
 from diagrams.trial_rig import COLUMN, SPEED, TrialRig, TrialScene
 from experiments.benchmarks.comparison import Peers
-from models import gripper
-from models.gripper_poses import grasp_position
+from models.maps.gripper_poses import grasp_position
 from models.rotations import rotation_vector_to_matrix
-from models.scene import DESCRIPTION
+from models.scenes import gripper
+from models.scenes.description_files import DESCRIPTION
 from models.task.discretise import nearest_orientation
 from models.task.spaces import CUBE_EDGE, N_YAWS, R_WG, REST_HEIGHT, TABLE_TOP
 

@@ -9,14 +9,14 @@ import time
 import numpy as np
 
 from experiments.benchmarks.comparison import Peers, Row, one_core
-from models import gen3_ik
-from models.gen3_chain import LIMIT, ROLL, Y, Z, forward
-from models.gripper_poses import gripper_pose
-from models.ik_solution import ANGLE_TOLERANCE, POSITION_TOLERANCE
-from models.inverse_kinematics import closed_form, solve
-from models.kinematics import HOME, PlanningScene
-from models.optimised_ik import search
-from models.workspace import REACHABLE, Decisions, Grid, WorkspaceSolver
+from models.gen3 import closed_form as gen3_ik
+from models.gen3.chain import LIMIT, ROLL, Y, Z, forward
+from models.inverse_kinematics.optimised import search
+from models.inverse_kinematics.solution import ANGLE_TOLERANCE, POSITION_TOLERANCE
+from models.inverse_kinematics.solver import closed_form, solve
+from models.maps.gripper_poses import gripper_pose
+from models.maps.workspace import REACHABLE, Decisions, Grid, WorkspaceSolver
+from models.scenes.planning_scene import HOME, PlanningScene
 
 SWEEP = np.concatenate([[0.0, np.pi], np.linspace(-np.pi, np.pi, 64, endpoint=False) + 0.02])
 """Values of q3 to try, in this order [rad]."""

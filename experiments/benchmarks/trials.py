@@ -29,7 +29,7 @@ from experiments.executors import Workers, start_workers
 from experiments.robot_data import load_feasibility
 from experiments.trial_worker import work
 from models.rotations import geodesic_angle
-from models.scene import description_hash
+from models.scenes.description_files import description_hash
 from models.task.spaces import REST_HEIGHT, TILTED, VERTICAL, Kind, decode_actions
 
 SAMPLE = 24

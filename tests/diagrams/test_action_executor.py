@@ -5,8 +5,8 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from diagrams.action_executor import ActionExecutor, Timeline
-from models.kinematics import HOME
-from models.motion import Grip, Infeasible, Move
+from models.motion.planner import Grip, Infeasible, Move
+from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, Kind, State
 
 LIMIT = np.ones(7)

@@ -5,7 +5,7 @@ from pydrake.systems.analysis import Simulator
 
 from diagrams.gripper_controller import GRIP_FORCE
 from diagrams.station import Station
-from models.kinematics import HOME
+from models.scenes.planning_scene import HOME
 from models.task.spaces import GOAL_STATE
 
 CUBE_ASIDE = RigidTransform([0.5, 0.0, 0.52])

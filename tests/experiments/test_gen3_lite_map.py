@@ -6,7 +6,7 @@ import pytest
 
 from experiments import gen3_lite_map, reachability
 from experiments.command import execute
-from models.gen3_lite_csv import read_map
+from models.maps.lite_csv import read_map
 
 
 def test_command_leaves_map_figures_and_picture(tmp_path, monkeypatch):

@@ -16,7 +16,7 @@ from experiments.workspace_run import Plan, compute, read_map, write_map
 from irl.errors import InputError
 from irl.formats import read_npz, write_npz
 from models.errors import ModelError
-from models.workspace import Grid
+from models.maps.workspace import Grid
 
 GRID = Grid((0.4, -0.1, 0.5), (0.7, 0.1, 0.6), 0.1)
 PLAN = Plan(GRID, chunk=100)
@@ -58,7 +58,7 @@ RUN = """
 import sys, time
 from pathlib import Path
 from experiments import workspace_run
-from models.workspace import Grid
+from models.maps.workspace import Grid
 
 decide = workspace_run.decide_chunk
 def slowly(*arguments):

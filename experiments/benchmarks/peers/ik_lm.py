@@ -1,6 +1,6 @@
 """Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++ (`ETS.ik_LM`).
 
-Reads the chain (``y``, ``z``, ``roll`` ``[8]``, as `models.gen3_chain` has them; ``limit [7]``) and
+Reads the chain (``y``, ``z``, ``roll`` ``[8]``, as `models.gen3.chain` has them; ``limit [7]``) and
 the poses ``X_BE [n, 4, 4]``; writes ``q [n, 7]``, ``success [n]`` and ``seconds`` of the process.
 """
 

@@ -1,0 +1,1 @@
+"""The Gen3 Lite's arithmetic: chain, and inverse kinematics by polynomials."""

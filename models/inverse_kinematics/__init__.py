@@ -1,0 +1,1 @@
+"""Joint positions for a pose of the hand, verified and collision-free."""

@@ -1,0 +1,143 @@
+"""Collision-free joint paths of straight segments.
+
+A path is a list of waypoints ``[n, 7]`` [rad]; between two of them the joints move in
+proportion. Endless joints take the shorter way round, so each waypoint is wound towards the
+one before.
+
+A segment counts as free if it is proved free along its whole length: at some configurations
+distances are queried and found above the margin, and the `MotionBounds` of these leave no gap.
+"""
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from models.motion.bounds import motion_bounds
+from models.motion.rrt_connect import connect
+from models.scenes.planning_scene import MARGIN, PlanningScene
+
+PROVED = 0.5
+"""Share of the margin that is proved between the configurations that keep all of it."""
+LEEWAY = 0.03
+"""How far the robot may move from a start that does not keep the margin, to gain it [m]."""
+CORNER_QUERY = 0.2
+"""How far to look for distances at a corner that is to be rounded [m]."""
+
+
+def segment_is_free(
+    scene: PlanningScene, q_from: np.ndarray, q_to: np.ndarray, margin: float = MARGIN
+) -> bool:
+    """Whether the straight segment keeps its distances: `PROVED` · ``margin`` everywhere.
+
+    Every configuration looked at keeps all of ``margin``, the end among them. A start that
+    does not is where the robot already is: then the proof begins after `LEEWAY`.
+
+    Args:
+        scene: what to keep clear of.
+        q_from: ``[7]`` [rad].
+        q_to: ``[7]`` [rad]; wound towards ``q_from`` first.
+        margin: smallest allowed distance [m].
+    """
+    bounds = motion_bounds(scene)
+    step = scene.wind(q_to, q_from) - q_from
+    rates = bounds.rates(step)
+
+    def free_share(at: float) -> float:
+        q = q_from + at * step
+        return bounds.free_share(scene, q, rates, margin=margin, kept=PROVED * margin)
+
+    last = free_share(1.0)
+    if last < 0.0:
+        return False
+    first = free_share(0.0)
+    if first < 0.0:
+        first = LEEWAY / max(rates.max(), LEEWAY)
+    # The widest gaps come first: a segment that collides mostly does so for a good part of it.
+    gaps = [(first, 1.0 - last)]
+    for low, high in gaps:
+        if low < high:
+            middle = (low + high) / 2.0
+            share = free_share(middle)
+            if share < 0.0:
+                return False
+            gaps += [(low, middle - share), (middle + share, high)]
+    return True
+
+
+def plan_path(
+    scene: PlanningScene,
+    q_from: np.ndarray,
+    q_to: np.ndarray,
+    vias: Iterable[Sequence[np.ndarray]] = (),
+    margin: float = MARGIN,
+    search: np.random.Generator | None = None,
+) -> np.ndarray | None:
+    """Find a free path: the straight one, else the first through vias, else by search.
+
+    Args:
+        scene: what to keep clear of.
+        q_from: ``[7]`` [rad].
+        q_to: ``[7]`` [rad]; endless joints may end other turns away.
+        vias: lists of configurations ``[7]`` [rad] to go through, tried in order.
+        margin: smallest allowed distance [m].
+        search: source of the samples of an RRT-Connect search; None does without.
+
+    Returns:
+        Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if none was found.
+    """
+
+    def is_free(a: np.ndarray, b: np.ndarray) -> bool:
+        return segment_is_free(scene, a, b, margin)
+
+    for between in [(), *vias]:
+        path = wind_path(scene, [q_from, *between, q_to])
+        if all(is_free(a, b) for a, b in pairwise(path)):
+            return path
+    if search is None or not scene.is_free(q_to, margin):
+        return None
+    lower = np.where(scene.continuous, q_from - np.pi, scene.lower)
+    upper = np.where(scene.continuous, q_from + np.pi, scene.upper)
+    weights = motion_bounds(scene).levers[-1]
+    found = connect(q_from, scene.wind(q_to, q_from), is_free, lower, upper, weights, search)
+    return None if found is None else wind_path(scene, list(found))
+
+
+def wind_path(scene: PlanningScene, waypoints: Sequence[np.ndarray]) -> np.ndarray:
+    """Waypoints ``[n, 7]`` [rad], each wound towards the one before."""
+    path = [np.asarray(waypoints[0], dtype=float)]
+    for q in waypoints[1:]:
+        path.append(scene.wind(q, path[-1]))
+    return np.array(path)
+
+
+def corner_cuts(scene: PlanningScene, waypoints: np.ndarray, margin: float = MARGIN) -> np.ndarray:
+    """How far before and after each waypoint a motion may leave the path to round its corner.
+
+    A corner and the points ``cut`` before and after it span a triangle. The bounds at the
+    corner prove the two points free, and with them all the triangle: a bound on the motion is
+    a norm, so it is largest at a vertex.
+
+    Args:
+        scene: what to keep clear of.
+        waypoints: ``[n, 7]`` [rad] of a free path.
+        margin: smallest allowed distance at the corner [m]; the triangle keeps `PROVED` of it.
+
+    Returns:
+        Lengths in joint space ``[n]`` [rad], at most half a segment; 0 at both ends and at
+        corners that do not keep the margin.
+    """
+    bounds = motion_bounds(scene)
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    cuts = np.zeros(len(waypoints))
+    for i in range(1, len(waypoints) - 1):
+        before, after = lengths[i - 1], lengths[i]
+        if min(before, after) > 0.0:
+            rates = np.maximum(bounds.rates(steps[i - 1] / before), bounds.rates(steps[i] / after))
+            proved = bounds.free_share(
+                scene, waypoints[i], rates, margin=margin, kept=PROVED * margin, query=CORNER_QUERY
+            )
+            # Half of what is proved, so as not to spend the whole distance on speed.
+            cuts[i] = np.clip(proved, 0.0, min(before, after)) / 2.0
+    return cuts

@@ -1,0 +1,1 @@
+"""What stands where: description files, robots, hands, and the plant that answers queries."""

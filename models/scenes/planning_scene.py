@@ -1,0 +1,193 @@
+"""Forward kinematics of the Gen3 with its 2F-85, and its distance to everything.
+
+One `PlanningScene` holds a plant with the robot, box and table; the arm's seven joint angles
+are the only freedom, the fingers stand at a given opening, and the cube is absent, an obstacle
+at a given pose, or carried. Whatever plans asks it for the verdict.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import (
+    CollisionFilterDeclaration,
+    Cylinder,
+    GeometryId,
+    GeometrySet,
+    SignedDistancePair,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex, RigidBody
+from pydrake.systems.framework import DiagramBuilder
+
+from models.scenes.description_files import ARM, GRIPPER, add_models
+from models.scenes.robots import GEN3, Robot
+
+HOME = np.array([0.0, 0.26, np.pi, -2.27, 0.0, 0.96, np.pi / 2])
+"""The vendor's home posture [rad]: elbow up, gripper before the robot."""
+
+MARGIN = 0.002
+"""Smallest distance between bodies that planning allows [m]."""
+CUBE_WIDTH = 0.04
+"""Distance of the fingers that hold the cube [m]."""
+
+_AWAY = RigidTransform([0.0, 0.0, -5.0])
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """The smallest signed distance.
+
+    Attributes:
+        distance: metres; capped at the limit of the query.
+        bodies: the two bodies' scoped names, None if nothing is nearer than the limit.
+    """
+
+    distance: float
+    bodies: tuple[str, str] | None
+
+
+class PlanningScene:
+    """Robot, box and table for kinematics and distance queries; no dynamics."""
+
+    def __init__(self, *, carrying: bool = False, robot: Robot = GEN3) -> None:
+        """Build the plant, with the cube out of the way.
+
+        Args:
+            carrying: the fingers stand 40 mm apart, and a cylinder about the closing axis
+                stands for the cube between them: it contains the cube however that is turned
+                between the pads. Otherwise the hand is empty and open.
+            robot: the arm with its hand; one of the Gen3 Lite has six joint angles, not seven.
+        """
+        builder = DiagramBuilder()
+        self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
+        add_models(self.plant, robot.station)
+        self._robot = robot
+        self._tcp = self.plant.GetFrameByName("tcp")
+        self._arm = self.plant.GetModelInstanceByName(ARM)
+        self.cube = self.plant.GetBodyByName("cube")
+        hand = self.plant.GetModelInstanceByName(GRIPPER)
+        self.inspector = scene_graph.model_inspector()
+        self._filter = scene_graph.collision_filter_manager()
+        if carrying:
+            self._add_carried_cube(hand)
+        self.plant.Finalize()
+        self._query_port = self.plant.get_geometry_query_input_port()
+        fixed = [self.cube, *self.plant.GetBodiesWeldedTo(self.plant.world_body())]
+        self._fixed = {body.index() for body in fixed}
+        # Where the cube lies is no concern of the robot's.
+        standing = self.plant.CollectRegisteredGeometries(fixed)
+        self._filter.Apply(CollisionFilterDeclaration().ExcludeWithin(standing))
+        welded = self.plant.GetBodiesWeldedTo(self._tcp.body())
+        self._hand = {body.index() for body in welded} | set(self.plant.GetBodyIndices(hand))
+
+        joints = [self.plant.GetJointByName(name, self._arm) for name in robot.joints]
+        self.arm_index = np.array([joint.position_start() for joint in joints])
+        self.lower = np.array([joint.position_lower_limits()[0] for joint in joints])
+        self.upper = np.array([joint.position_upper_limits()[0] for joint in joints])
+        self.velocity_limit = np.array([joint.velocity_upper_limits()[0] for joint in joints])
+        self.continuous = np.isinf(self.lower)
+        self._velocity_index = np.array([joint.velocity_start() for joint in joints])
+
+        self._diagram = builder.Build()
+        self._root = self._diagram.CreateDefaultContext()
+        self.context = self.plant.GetMyMutableContextFromRoot(self._root)
+        self.place_cube(None)
+        for index in self.plant.GetJointIndices(self.cube.model_instance()):
+            self.plant.get_joint(index).Lock(self.context)
+        self.open_to(CUBE_WIDTH if carrying else robot.max_opening)
+
+    def open_to(self, width: float) -> None:
+        """Stand the fingers ``width`` [m] apart."""
+        angles = self._robot.finger_positions(width)
+        for name, angle in zip(self._robot.finger_joints, angles, strict=True):
+            joint = self.plant.GetJointByName(name, self._tcp.body().model_instance())
+            joint.Unlock(self.context)
+            joint.set_angle(self.context, angle)
+            joint.Lock(self.context)
+
+    def place_cube(self, X_WO: RigidTransform | None) -> None:
+        """Put the cube, as an obstacle, at ``X_WO``; None takes it out of the way."""
+        self.plant.SetFreeBodyPose(self.context, self.cube, X_WO or _AWAY)
+
+    def forward(self, q: np.ndarray) -> RigidTransform:
+        """X_WG at joint angles ``q [7]`` [rad]."""
+        self._set(q)
+        return self._tcp.CalcPoseInWorld(self.context)
+
+    def clearance(self, q: np.ndarray, limit: float = 0.05) -> Clearance:
+        """Smallest signed distance [m] at ``q [7]`` between any two bodies that may collide."""
+        pairs = self._pairs(q, limit)
+        if not pairs:
+            return Clearance(limit, None)
+        nearest = min(pairs, key=lambda pair: pair.distance)
+        names = [self._body(i).scoped_name().get_full() for i in (nearest.id_A, nearest.id_B)]
+        return Clearance(nearest.distance, (names[0], names[1]))
+
+    def is_free(self, q: np.ndarray, margin: float = MARGIN) -> bool:
+        """Whether every distance at ``q [7]`` is above ``margin`` [m]."""
+        return not self._pairs(q, margin)
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """``[6, 7]``: G's angular and linear velocity in the world [rad/s, m/s] per joint rate."""
+        self._set(q)
+        world = self.plant.world_frame()
+        J = self.plant.CalcJacobianSpatialVelocity(
+            self.context, JacobianWrtVariable.kV, self._tcp, np.zeros(3), world, world
+        )
+        return J[:, self._velocity_index]
+
+    def error(self, q: np.ndarray, X_WG: RigidTransform) -> tuple[float, float]:
+        """Position [m] and rotation [rad] error of ``q [7]`` against ``X_WG``."""
+        X = self.forward(q)
+        skew = X_WG.rotation().matrix().T @ X.rotation().matrix()
+        sine = np.linalg.norm(skew - skew.T) / (2.0 * np.sqrt(2.0))
+        angle = np.arctan2(sine, (np.trace(skew) - 1.0) / 2.0)
+        return float(np.linalg.norm(X.translation() - X_WG.translation())), float(angle)
+
+    def within_limits(self, q: np.ndarray) -> bool:
+        """Whether ``q [7]`` respects the position limits."""
+        return bool((q >= self.lower).all() and (q <= self.upper).all())
+
+    def wind(self, q: np.ndarray, towards: np.ndarray) -> np.ndarray:
+        """``q [..., 7]`` with its endless joints within half a turn of ``towards``."""
+        turns = np.round((q - towards) / (2.0 * np.pi))
+        return np.where(self.continuous, q - 2.0 * np.pi * turns, q)
+
+    def hand_is_blocked(self, q: np.ndarray, margin: float) -> bool:
+        """Whether hand and furniture are too near: then they are at any ``q`` of this pose."""
+        return any(
+            (a in self._hand and b in self._fixed) or (b in self._hand and a in self._fixed)
+            for a, b in (
+                (self._body(pair.id_A).index(), self._body(pair.id_B).index())
+                for pair in self._pairs(q, margin)
+            )
+        )
+
+    def _add_carried_cube(self, hand: ModelInstanceIndex) -> None:
+        """Weld a cylinder that contains the cube, however turned, between the fingers."""
+        X_GC = RigidTransform(RotationMatrix.MakeXRotation(np.pi / 2))
+        carried = self.plant.RegisterCollisionGeometry(
+            self._tcp.body(),
+            self._tcp.GetFixedPoseInBodyFrame() @ X_GC,
+            Cylinder(radius=CUBE_WIDTH / np.sqrt(2.0), length=CUBE_WIDTH),
+            "carried_cube",
+            CoulombFriction(0.0, 0.0),
+        )
+        fingers = [self.plant.get_body(index) for index in self.plant.GetBodyIndices(hand)]
+        self._filter.Apply(
+            CollisionFilterDeclaration().ExcludeBetween(
+                GeometrySet(carried), self.plant.CollectRegisteredGeometries(fingers)
+            )
+        )
+
+    def _pairs(self, q: np.ndarray, limit: float) -> list[SignedDistancePair]:
+        self._set(q)
+        query = self._query_port.Eval(self.context)
+        return query.ComputeSignedDistancePairwiseClosestPoints(limit)
+
+    def _set(self, q: np.ndarray) -> None:
+        self.plant.SetPositions(self.context, self._arm, q)
+
+    def _body(self, geometry: GeometryId) -> RigidBody:
+        return self.plant.GetBodyFromFrameId(self.inspector.GetFrameId(geometry))

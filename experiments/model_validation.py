@@ -11,8 +11,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from diagrams.transition_counts import TransitionEntries, Trial
-from diagrams.trial_record import Outcome, Pair
+from diagrams.trials.counts import TransitionEntries, Trial
+from diagrams.trials.record import Outcome, Pair
 from irl.metrics import wilson_interval
 from irl.task import EVIDENCE, Transitions
 from models.task.spaces import N_ACTIONS, Kind, decode_actions

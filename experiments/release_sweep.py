@@ -21,7 +21,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from tqdm import tqdm
 
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.executors import Workers, run_jobs
 from experiments.kept_rows import KeptRows
 from experiments.trial_worker import release

@@ -15,14 +15,14 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from diagrams.transition_counts import (
+from diagrams.trials.counts import (
     Evidence,
     TransitionEntries,
     Trial,
     thesis_entries,
     transition_entries,
 )
-from diagrams.trial_record import Pair
+from diagrams.trials.record import Pair
 from experiments.model_validation import Entries, scores
 from irl.metrics import wilson_interval
 from models.task.kernel_rules import EXACT_RULES, THESIS_RULES, exact_rule

@@ -17,9 +17,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from diagrams.trial_database import Campaign, TrialDatabase
-from diagrams.trial_plan import Plan
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.database import Campaign, TrialDatabase
+from diagrams.trials.plan import Plan
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.executors import Workers
 from experiments.trial_campaign import ClassTrials, run_campaign
 from models.rotations import rotation_vector_to_matrix

@@ -11,8 +11,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from diagrams.transition_counts import thesis_entries
-from diagrams.trial_database import ARM, Campaign, TrialDatabase
+from diagrams.trials.counts import thesis_entries
+from diagrams.trials.database import ARM, Campaign, TrialDatabase
 from experiments.command import Output
 from experiments.executors import start_workers
 from experiments.kept_rows import KeptRows

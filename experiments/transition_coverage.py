@@ -11,7 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from diagrams.transition_counts import Evidence, TransitionEntries, count_pairs
+from diagrams.trials.counts import Evidence, TransitionEntries, count_pairs
 from models.task.spaces import (
     GRIPPER_NAMES,
     N_ACTIONS,

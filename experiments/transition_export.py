@@ -6,8 +6,8 @@ from importlib.metadata import version
 
 import numpy as np
 
-from diagrams.transition_counts import Evidence, TransitionEntries
-from diagrams.trial_database import TrialDatabase
+from diagrams.trials.counts import Evidence, TransitionEntries
+from diagrams.trials.database import TrialDatabase
 from experiments.command import Output
 from experiments.robot_data import MAP, SHIPPED_ROBOT, load_feasibility
 from irl.files import sha256

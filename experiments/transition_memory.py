@@ -8,8 +8,8 @@ turn from the name alone.
 
 import numpy as np
 
-from diagrams.initial_state import settle_in_hand
-from diagrams.transition_counts import TransitionEntries
+from diagrams.trials.counts import TransitionEntries
+from diagrams.trials.initial_state import settle_in_hand
 from models.rotations import geodesic_angle
 from models.task.discretise import all_nearest_orientations
 from models.task.estimate import TIE

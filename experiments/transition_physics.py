@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from diagrams.initial_state import turn_to_flush
-from diagrams.transition_counts import Evidence, TransitionEntries, Trial
-from diagrams.trial_plan import outcome_label
-from diagrams.trial_record import Outcome
+from diagrams.trials.counts import Evidence, TransitionEntries, Trial
+from diagrams.trials.initial_state import turn_to_flush
+from diagrams.trials.plan import outcome_label
+from diagrams.trials.record import Outcome
 from irl.metrics import wilson_interval
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation

@@ -14,10 +14,10 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from diagrams.transition_counts import TransitionEntries, Trial, count_pairs, transition_entries
-from diagrams.trial_database import TrialDatabase
-from diagrams.trial_plan import Plan
-from diagrams.trial_record import Outcome
+from diagrams.trials.counts import TransitionEntries, Trial, count_pairs, transition_entries
+from diagrams.trials.database import TrialDatabase
+from diagrams.trials.plan import Plan
+from diagrams.trials.record import Outcome
 from experiments.command import Output, execute
 from experiments.executors import start_workers
 from experiments.robot_data import load_feasibility

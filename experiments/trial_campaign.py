@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 from tqdm import tqdm
 
-from diagrams.trial_database import Campaign, TrialDatabase
-from diagrams.trial_plan import Plan, Queue, outcome_label
-from diagrams.trial_record import Pair, TrialRecord
+from diagrams.trials.database import Campaign, TrialDatabase
+from diagrams.trials.plan import Plan, Queue, outcome_label
+from diagrams.trials.record import Pair, TrialRecord
 from experiments.executors import Workers, run_jobs
 from experiments.trial_worker import work
 from models.task.spaces import N_STATES

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 from importlib.metadata import version
 
-from diagrams.trial_database import Campaign
-from diagrams.trial_record import TrialConfig
-from diagrams.trial_rig import MODEL_FILES
+from diagrams.trials.database import Campaign
+from diagrams.trials.record import TrialConfig
+from diagrams.trials.rig import MODEL_FILES
 from irl.choices import check_range
 from models.scenes.description_files import description_hash
 

@@ -4,11 +4,11 @@ from functools import cache
 
 import numpy as np
 
-from diagrams.arm_trial import ArmRig, run_arm_trial
-from diagrams.grasp_trial import run_trial
-from diagrams.trial_database import ARM, Campaign
-from diagrams.trial_record import Pair, TrialConfig, TrialRecord, spawn_key
-from diagrams.trial_rig import TrialRig
+from diagrams.trials.arm import ArmRig, run_arm_trial
+from diagrams.trials.database import ARM, Campaign
+from diagrams.trials.floating import run_trial
+from diagrams.trials.record import Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.rig import TrialRig
 from experiments.robot_data import load_planner
 
 

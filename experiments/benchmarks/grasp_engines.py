@@ -17,8 +17,8 @@ from pydrake.geometry import CollisionFilterDeclaration, GeometrySet, Role
 from pydrake.math import RigidTransform, RotationMatrix
 
 from diagrams.gripper_controller import GRIP_FORCE, KNUCKLE_SPEED
-from diagrams.trial_record import TrialConfig
-from diagrams.trial_rig import COLUMN, SPEED, TrialRig, TrialScene
+from diagrams.trials.record import TrialConfig
+from diagrams.trials.rig import COLUMN, SPEED, TrialRig, TrialScene
 from experiments.benchmarks.comparison import Peers
 from models.maps.gripper_poses import grasp_position
 from models.rotations import rotation_vector_to_matrix

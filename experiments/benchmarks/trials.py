@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from diagrams.trial_database import Campaign
-from diagrams.trial_record import Pair, TrialRecord
-from diagrams.trial_rig import MODEL_FILES, TrialRig
+from diagrams.trials.database import Campaign
+from diagrams.trials.record import Pair, TrialRecord
+from diagrams.trials.rig import MODEL_FILES, TrialRig
 from experiments.benchmarks.comparison import Peers, Row
 from experiments.benchmarks.grasp_engines import (
     COURSE,

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from pydrake.geometry import Role
 
-from diagrams.grasp_trial import run_trial
-from diagrams.trial_record import Pair, TrialConfig
-from diagrams.trial_rig import TrialRig
+from diagrams.trials.floating import run_trial
+from diagrams.trials.record import Pair, TrialConfig
+from diagrams.trials.rig import TrialRig
 from experiments.benchmarks import trials
 from experiments.benchmarks.comparison import Peers
 from experiments.benchmarks.grasp_engines import (

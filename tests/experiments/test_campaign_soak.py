@@ -17,8 +17,8 @@ from threading import Event, Thread
 
 import pytest
 
-from diagrams.trial_database import Campaign, TrialDatabase
-from diagrams.trial_record import Pair, TrialConfig
+from diagrams.trials.database import Campaign, TrialDatabase
+from diagrams.trials.record import Pair, TrialConfig
 from experiments.robot_data import load_feasibility
 from experiments.trial_campaign import planned_classes
 from experiments.trial_worker import work

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from diagrams.trial_record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, TrialRecord
 from experiments.model_validation import draw_pairs, scores
 from experiments.robot_data import SHIPPED_TASK
 from irl.task import Transitions

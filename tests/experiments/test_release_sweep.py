@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.command import Output
 from experiments.executors import Workers, start_workers
 from experiments.kept_rows import KeptRows

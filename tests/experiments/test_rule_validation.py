@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.trial_record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, TrialRecord
 from experiments.robot_data import load_feasibility
 from experiments.rule_validation import (
     EXACT,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.sensitivity import (
     ROTATIONS,
     compare,

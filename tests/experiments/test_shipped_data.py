@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.transition_counts import TransitionEntries, transition_entries
-from diagrams.trial_database import TrialDatabase
-from diagrams.trial_plan import Plan
-from diagrams.trial_record import Outcome, TrialConfig
+from diagrams.trials.counts import TransitionEntries, transition_entries
+from diagrams.trials.database import TrialDatabase
+from diagrams.trials.plan import Plan
+from diagrams.trials.record import Outcome, TrialConfig
 from experiments.robot_data import SHIPPED_TASK, SHIPPED_TRIALS, load_feasibility
 from experiments.trial_campaign import ClassTrials, planned_classes
 from experiments.trial_options import floating_campaign

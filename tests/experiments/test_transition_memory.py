@@ -2,7 +2,7 @@
 
 import pytest
 
-from diagrams.transition_counts import transition_entries
+from diagrams.trials.counts import transition_entries
 from experiments.robot_data import load_feasibility
 from experiments.transition_memory import BINS, print_two_turns, two_turns
 from models.task.trial_classes import trial_classes

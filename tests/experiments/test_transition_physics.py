@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from diagrams.transition_counts import transition_entries
-from diagrams.trial_record import Outcome, Pair, TrialRecord
+from diagrams.trials.counts import transition_entries
+from diagrams.trials.record import Outcome, Pair, TrialRecord
 from experiments.robot_data import load_feasibility
 from experiments.transition_coverage import coverage_by_gripper, plot_coverage, print_coverage
 from experiments.transition_physics import physics, print_physics

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagrams.transition_counts import transition_entries
-from diagrams.trial_database import Campaign, TrialDatabase
-from diagrams.trial_plan import Plan
-from diagrams.trial_record import Pair, TrialConfig, TrialRecord
+from diagrams.trials.counts import transition_entries
+from diagrams.trials.database import Campaign, TrialDatabase
+from diagrams.trials.plan import Plan
+from diagrams.trials.record import Pair, TrialConfig, TrialRecord
 from experiments.command import Output
 from experiments.executors import start_workers
 from experiments.robot_data import load_feasibility

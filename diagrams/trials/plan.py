@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagrams.trial_record import Pair, TrialRecord
+from diagrams.trials.record import Pair, TrialRecord
 from models.errors import ModelError
 from models.rotations import rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation

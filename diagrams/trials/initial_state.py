@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from diagrams.trial_record import Outcome, TrialConfig
+from diagrams.trials.record import Outcome, TrialConfig
 from models.maps.gripper_poses import RETREAT
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.spaces import CUBE_EDGE, R_WG, R_WO

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
 

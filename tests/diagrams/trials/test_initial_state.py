@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from diagrams.initial_state import draw_noise, held_pose, turn_to_flush
-from diagrams.trial_record import TrialConfig
+from diagrams.trials.initial_state import draw_noise, held_pose, turn_to_flush
+from diagrams.trials.record import TrialConfig
 from models.rotations import geodesic_angle, matrix_to_rotation_vector
 from models.task.spaces import R_WG, R_WO
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from diagrams.transition_counts import Evidence, count_pairs, thesis_entries, transition_entries
-from diagrams.trial_record import Outcome, Pair, TrialRecord
+from diagrams.trials.counts import Evidence, count_pairs, thesis_entries, transition_entries
+from diagrams.trials.record import Outcome, Pair, TrialRecord
 from models.rotations import matrix_to_rotation_vector
 from models.task.estimate import estimated_transitions
 from models.task.pairs import nominal_pairs

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from diagrams.trial_database import Campaign, TrialDatabase
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.database import Campaign, TrialDatabase
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
 

@@ -3,8 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from diagrams.trial_plan import Plan, Queue, interval_width, outcome_label
-from diagrams.trial_record import Outcome, Pair, TrialRecord
+from diagrams.trials.plan import Plan, Queue, interval_width, outcome_label
+from diagrams.trials.record import Outcome, Pair, TrialRecord
 from irl.metrics import wilson_interval
 from models.errors import ModelError
 from models.task.spaces import Action, Kind, State

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from diagrams.initial_state import Noise, NotHeldError, begin, held_pose
 from diagrams.state_identifier import is_held
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
-from diagrams.trial_rig import SPEED, TURN_SPEED, TrialRig, TrialScene
+from diagrams.trials.initial_state import Noise, NotHeldError, begin, held_pose
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.rig import SPEED, TURN_SPEED, TrialRig, TrialScene
 from models.maps.gripper_poses import grasp_position
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
 from models.scenes import gripper

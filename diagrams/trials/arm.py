@@ -16,10 +16,10 @@ from pydrake.systems.framework import DiagramBuilder
 
 from diagrams.action_executor import ActionExecutor
 from diagrams.contact import set_cube_mass, set_friction
-from diagrams.initial_state import Noise, NotHeldError, begin, held_pose
 from diagrams.policy_controller import SETTLE
 from diagrams.station import Station
-from diagrams.trial_record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.initial_state import Noise, NotHeldError, begin, held_pose
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from models.maps.gripper_poses import gripper_pose
 from models.motion.planner import ActionPlanner
 from models.rotations import matrix_to_rotation_vector, rotation_z

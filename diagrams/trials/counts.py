@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diagrams.trial_record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, TrialRecord
 from models.rotations import rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation, off_table
 from models.task.estimate import estimated_transitions

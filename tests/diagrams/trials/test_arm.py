@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import pytest
 
-from diagrams.arm_trial import ArmRig, run_arm_trial
 from diagrams.contact import TIME_STEP
-from diagrams.trial_record import Outcome, Pair, TrialConfig
+from diagrams.trials.arm import ArmRig, run_arm_trial
+from diagrams.trials.record import Outcome, Pair, TrialConfig
 from experiments.robot_data import load_planner
 from models.task.spaces import Action, Kind, State
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from diagrams.contact import TIME_STEP
-from diagrams.grasp_trial import run_trial
-from diagrams.initial_state import MOST_DRAWS
-from diagrams.trial_record import Outcome, Pair, TrialConfig, spawn_key
-from diagrams.trial_rig import TrialRig
+from diagrams.trials.floating import run_trial
+from diagrams.trials.initial_state import MOST_DRAWS
+from diagrams.trials.record import Outcome, Pair, TrialConfig, spawn_key
+from diagrams.trials.rig import TrialRig
 from models.errors import ModelError
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation

@@ -1,0 +1,1 @@
+"""Trials in Drake: one execution of an action, and what many of them tell."""

@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-bench
-PEER_LIST := experiments/benchmarks/peers/requirements.txt
+PEER_LIST := experiments/bench/peers/requirements.txt
 
 .PHONY: run test lint bench clean
 run: $(VENV)/installed

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import torch
 
-from experiments.assessment import Assessment, assess
-from experiments.command import Output, execute
-from experiments.grasp_learning import LearningConfig, forget, learn
-from experiments.learning_plots import plot_learning, plot_policy
-from experiments.playing import play_episodes, summary
-from experiments.robot_data import SHIPPED_TASK, load_planner
+from experiments.grasping.assessment import Assessment, assess
+from experiments.grasping.learning import LearningConfig, forget, learn
+from experiments.grasping.playing import play_episodes, summary
+from experiments.grasping.plots import plot_learning, plot_policy
+from experiments.grasping.teacher import Teacher, TeacherConfig
+from experiments.kit.command import Output, execute
+from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from experiments.simulate import check_max_actions, draw_starts
-from experiments.teacher import Teacher, TeacherConfig
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
 from irl.task_data import load_task

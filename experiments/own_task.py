@@ -13,8 +13,8 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
-from experiments.command import Output, execute
-from experiments.method_plots import plot_methods
+from experiments.kit.command import Output, execute
+from experiments.kit.method_plots import plot_methods
 from irl.choices import check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator

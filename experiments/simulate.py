@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.command import Output, execute
-from experiments.playing import play_episodes, summary
-from experiments.robot_data import SHIPPED_TASK, load_planner
+from experiments.grasping.playing import play_episodes, summary
+from experiments.kit.command import Output, execute
+from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.errors import InputError
 from irl.policy import load_policy
 from irl.task_data import TaskData, load_task

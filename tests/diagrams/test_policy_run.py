@@ -4,7 +4,7 @@ import pytest
 from diagrams.camera import StillCamera
 from diagrams.policy_controller import Verdict
 from diagrams.policy_run import PolicyRun, start_pose
-from experiments.robot_data import load_planner
+from experiments.kit.shipped_data import load_planner
 from models.task.discretise import nearest_orientation
 from models.task.spaces import GOAL_POSITION, GOAL_STATE, N_STATES, Action, Kind, State
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from experiments import demo, simulate
-from experiments.command import execute
-from experiments.grasp_learning import CHECKPOINT, CURVE
-from experiments.robot_data import SHIPPED_TASK
+from experiments.grasping.learning import CHECKPOINT, CURVE
+from experiments.kit.command import execute
+from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.files import sha256
 from irl.formats import read_npz, write_npz
 from irl.policy import Policy, load_policy, save_policy

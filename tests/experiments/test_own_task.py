@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.command import execute
+from experiments.kit.command import execute
 from experiments.own_task import workshop
 from irl.policy import load_policy
 from irl.task_data import EVIDENCE, load_task

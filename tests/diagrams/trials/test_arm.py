@@ -5,7 +5,7 @@ import pytest
 from diagrams.contact import TIME_STEP
 from diagrams.trials.arm import ArmRig, run_arm_trial
 from diagrams.trials.record import Outcome, Pair, TrialConfig
-from experiments.robot_data import load_planner
+from experiments.kit.shipped_data import load_planner
 from models.task.spaces import Action, Kind, State
 
 

@@ -1,0 +1,54 @@
+"""Every speed figure, side by side with its alternative, in one run.
+
+Peers, the packages compared with, live in a virtual environment of their own, which
+``make bench`` builds.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from experiments.bench import kinematics, learning, max_ent, trials
+from experiments.bench.comparison import Peers, Row
+from experiments.kit.command import Output
+from irl.choices import check_choice
+
+SUBJECTS: dict[str, Callable[[Peers, int], list[Row]]] = {
+    "kinematics": kinematics.rows,
+    "learning": learning.rows,
+    "max_ent": max_ent.rows,
+    "trials": trials.rows,
+}
+
+
+@dataclass
+class Config:
+    """Time our work and the alternatives' on the same inputs."""
+
+    subjects: tuple[str, ...] = tuple(SUBJECTS)
+    """What to compare."""
+    peers: Path = Peers().python
+    """Python of the environment that has the packages compared with."""
+    seed: int = 0
+    """Of the inputs."""
+    out: Path = field(default_factory=lambda: Path("out/bench"))
+    """Where results go."""
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Run the chosen subjects one after the other; print and tabulate."""
+    for subject in config.subjects:
+        check_choice("subjects", subject, SUBJECTS)
+    peers = Peers(config.peers)
+    peers.require()
+    rows: list[Row] = []
+    for subject in tqdm(config.subjects, desc="bench", unit="subject"):
+        rows += SUBJECTS[subject](peers, config.seed)
+    for row in rows:
+        print(
+            f"{row.ratio:10.3g} ×  {row.work}: {row.ours_s:.3g} s, {row.other} {row.other_s:.3g} s"
+        )
+    return {"rows": [{**vars(row), "ratio": row.ratio} for row in rows]}

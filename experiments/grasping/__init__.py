@@ -1,0 +1,1 @@
+"""Learning the grasping task from a teacher, and playing what was learnt."""

@@ -1,0 +1,224 @@
+"""Learning the grasping task from a simulated teacher: what its experiments share."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from experiments.grasping.assessment import accuracy_on_unseen
+from experiments.grasping.teacher import Teacher
+from irl.active import ActiveConfig, Progress, Result, active_fa_mlirl
+from irl.choices import check_range
+from irl.collection import initial_demonstrations
+from irl.demonstrations import Demonstrations, generalise
+from irl.errors import InputError
+from irl.files import atomic_path
+from irl.formats import read_json, write_json
+from irl.generalisation import rule_purity
+from irl.metrics import success_mdp
+from irl.policy import Policy
+from irl.preferences import StatePreferences
+from irl.task_data import EVIDENCE, TaskData
+from irl.training import TrainingConfig
+from models.task.spaces import N_STATES
+
+THESIS_DEMONSTRATIONS, THESIS_DEMONSTRATED = 981, 0.0811
+"""Initial demonstrations of §6.3, and the share of demonstrated states in Table 6.3."""
+CHECKPOINT, CURVE = "learning.checkpoint", "learning_curve.json"
+"""What an interrupted run leaves in its folder."""
+
+
+@dataclass(frozen=True)
+class LearningConfig:
+    """Algorithm 4.1 on the grasping task."""
+
+    features: str = "rotation"
+    """Which features of the task data the network sees: rotation or thesis."""
+    demonstrations: int = THESIS_DEMONSTRATIONS
+    """Distinct states demonstrated before the first query."""
+    least_purity: float = 0.95
+    """Generalisation rules whose labels are right less often are left out."""
+    active: ActiveConfig = field(
+        default_factory=lambda: ActiveConfig(
+            initial=TrainingConfig(iterations=3000, bellman_weight=10.0, bellman_delta=0.05),
+            refine=TrainingConfig(
+                iterations=100, step=3e-4, bellman_weight=10.0, bellman_delta=0.05
+            ),
+            budget=20,
+            max_demonstrated=int(THESIS_DEMONSTRATED * N_STATES),
+            state_query="visitation_entropy",
+            query_beta=30.0,
+            state_preferences=False,
+        )
+    )
+    """Training, queries and advice."""
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """How good the policy was after one training.
+
+    Attributes:
+        query: answers before it.
+        demonstrated: distinct states with labels.
+        success: probability of the goal within 20 actions, mean over the start states.
+        accuracy_optimal_all: share of unseen states with an action as good as the demonstrator's.
+    """
+
+    query: int
+    demonstrated: int
+    success: float
+    accuracy_optimal_all: float
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What learning left behind.
+
+    Attributes:
+        result: of Algorithm 4.1.
+        initial: the demonstrations before the first query.
+        curve: one point a training.
+        rules: the generalisation rules used.
+        purity: each rule's share of right labels, None if it never applies.
+        evidence: transition entries by evidence.
+    """
+
+    result: Result
+    initial: Demonstrations
+    curve: list[CurvePoint]
+    rules: list[str]
+    purity: Mapping[str, float | None]
+    evidence: Mapping[str, int]
+
+
+def learn(
+    task: TaskData,
+    teacher: Teacher,
+    config: LearningConfig,
+    rng: np.random.Generator,
+    folder: Path | None = None,
+) -> Learnt:
+    """Collect the initial demonstrations and run Algorithm 4.1, with progress bars.
+
+    Args:
+        task: what to learn.
+        teacher: demonstrator and expert.
+        config: every choice.
+        rng: the only source of chance.
+        folder: keeps what was learnt so far after each training, to go on from if the run is
+            interrupted; `forget` clears it.
+
+    Raises:
+        InputError: if the task data lack the features, or ``folder`` keeps other work.
+    """
+    check_range("least_purity", config.least_purity, 0.0, 1.0)
+    if config.features not in task.features:
+        raise InputError(
+            f"features '{config.features}' are not in the task data; "
+            f"valid: {', '.join(task.features)}"
+        )
+    purity = {
+        name: found.share
+        for name, found in rule_purity(
+            task.generalisation, teacher.demonstrator.optimal_actions
+        ).items()
+    }
+    rules = [n for n, share in purity.items() if share is not None and share >= config.least_purity]
+    initial = initial_demonstrations(
+        teacher.demonstrator,
+        task.start_states,
+        config.demonstrations,
+        task.generalisation,
+        rules,
+        rng,
+    )
+    kept = None if folder is None else folder / CURVE
+    curve = [] if kept is None or not kept.exists() else _read_curve(kept)
+    with _Bars(config.active) as bars:
+
+        def follow(progress: Progress) -> None:
+            if progress.q is None:
+                bars.show(progress)
+                return
+            action = Policy.from_q(progress.q, task.model.mask).action
+            seen = progress.labels.state
+            point = CurvePoint(
+                progress.query,
+                progress.labels.n_states_demonstrated,
+                success_mdp(task.model, action, task.goal_states, task.start_states),
+                accuracy_on_unseen(task, teacher, action, seen).value,
+            )
+            # A run that was cut off after this training, before it was saved, has it already.
+            curve[:] = [earlier for earlier in curve if earlier.query < point.query] + [point]
+            if kept is not None:
+                with atomic_path(kept) as path:
+                    write_json(path, {"points": [asdict(each) for each in curve]})
+            bars.learnt(progress, point)
+
+        result = active_fa_mlirl(
+            model=task.model,
+            features=task.feature(config.features),
+            gamma=task.gamma,
+            fixed_vr=task.fixed_vr,
+            demonstrations=initial,
+            demonstrator=teacher.demonstrator,
+            expert=teacher.expert,
+            clusters=task.clusters,
+            preferences=StatePreferences(task.preferred, task.avoided),
+            generalise=lambda shown: generalise(shown, task.generalisation, rules),
+            config=config.active,
+            rng=rng,
+            callback=follow,
+            candidates=np.flatnonzero(task.model.reachable(task.start_states)),
+            start_states=task.start_states,
+            checkpoint=None if folder is None else folder / CHECKPOINT,
+        )
+    evidence = np.bincount(task.transitions.evidence, minlength=len(EVIDENCE))
+    return Learnt(
+        result, initial, curve, rules, purity, dict(zip(EVIDENCE, evidence.tolist(), strict=True))
+    )
+
+
+def forget(folder: Path) -> None:
+    """Remove what `learn` kept in ``folder``."""
+    for name in (CHECKPOINT, CURVE):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _read_curve(path: Path) -> list[CurvePoint]:
+    try:
+        return [CurvePoint(**point) for point in read_json(path)["points"]]
+    except (TypeError, KeyError) as error:
+        raise InputError(f"{path}: not a learning curve ({error}); delete it") from error
+
+
+class _Bars:
+    """One bar for the first training, one for the queries."""
+
+    def __init__(self, config: ActiveConfig) -> None:
+        self._first = tqdm(total=config.initial.iterations, desc="learn", unit="it")
+        self._queries = tqdm(total=config.budget, desc="queries", unit="query")
+
+    def __enter__(self) -> "_Bars":
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._first.close()
+        self._queries.close()
+
+    def show(self, progress: Progress) -> None:
+        if progress.query == 0:
+            self._first.update(progress.iteration - self._first.n)
+            if progress.iteration % 100 == 0:
+                self._first.set_postfix(log_likelihood=f"{progress.log_likelihood:.4f}")
+
+    def learnt(self, progress: Progress, point: CurvePoint) -> None:
+        self._queries.update(progress.query - self._queries.n)
+        self._queries.set_postfix(
+            demonstrated=point.demonstrated,
+            success=f"{point.success:.1%}",
+            accuracy=f"{point.accuracy_optimal_all:.1%}",
+        )

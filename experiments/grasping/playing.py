@@ -1,0 +1,138 @@
+"""Episodes in the Drake diagram: played one after another, recorded, drawn as film strips."""
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatParams
+from tqdm import tqdm
+
+from diagrams.camera import StillCamera
+from diagrams.policy_controller import Episode
+from diagrams.policy_run import TIME_LIMIT, Played, PolicyRun
+from experiments.kit.command import Output
+from models.motion.planner import ActionPlanner
+from models.task.spaces import Action
+from models.task.tables import describe_state
+
+PAUSE = 1.0
+"""Between two episodes in a recording [s]."""
+
+
+def play_episodes(
+    action: np.ndarray,
+    planner: ActionPlanner,
+    goal_states: np.ndarray,
+    starts: np.ndarray,
+    *,
+    seed: int,
+    disturbance: float = 0.0,
+    max_actions: int = 20,
+    output: Output,
+) -> list[Played]:
+    """Play a policy from each start; leave a recording and pictures.
+
+    ``recording.html`` shows all episodes, ``episode_N.png`` one as a film strip, ``robot.png``
+    the scene after the first action.
+
+    Args:
+        action: the policy's table (see `PolicyController`).
+        planner: plans the motions.
+        goal_states: where episodes end well.
+        starts: indices of free states.
+        seed: of the cube's true poses, drawn for each start by itself.
+        disturbance: further standard deviation of the cube's place at the start [m].
+        max_actions: after which an episode ends.
+        output: folder of the pictures.
+    """
+    # The server's address is of no use here: what is recorded is read from a file.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    meshcat.SetCameraPose([1.0, -0.72, 1.0], [0.4, 0.0, 0.66])
+    run = PolicyRun(
+        action, planner, goal_states=goal_states, max_actions=max_actions, meshcat=meshcat
+    )
+    meshcat.StartRecording(frames_per_second=24, set_visualizations_while_recording=False)
+    played: list[Played] = []
+    time = 0.0
+    for number, start in enumerate(starts):
+        rng = np.random.default_rng([seed, number])
+        with tqdm(desc=f"episode {number + 1}/{len(starts)}", total=TIME_LIMIT, unit="s") as bar:
+
+            def show(seconds: float, episode: Episode, bar: tqdm = bar) -> None:
+                bar.n = round(seconds, 1)
+                bar.set_postfix(actions=len(episode.steps), verdict=episode.verdict.value)
+
+            played.append(
+                run.play(int(start), rng, start_time=time, disturbance=disturbance, progress=show)
+            )
+            # The limit is only an upper bound: an episode that ends is complete.
+            bar.total = bar.n
+            bar.refresh()
+        time += played[-1].seconds + PAUSE
+    meshcat.StopRecording()
+    meshcat.PublishRecording()
+    with output.file("recording.html") as path:
+        path.write_text(meshcat.StaticHtml())
+    camera = StillCamera(view_from=(1.2, -0.75, 1.05), view_at=(0.45, 0.0, 0.62))
+    for number, episode in enumerate(played):
+        with output.file(f"episode_{number + 1}.png") as path:
+            draw_film_strip(episode, camera, path)
+    if len(played[0].postures) > 1:
+        portrait = StillCamera(
+            size=(1280, 860), view_from=(1.15, -0.62, 1.0), view_at=(0.33, 0.0, 0.74)
+        )
+        with output.file("robot.png") as path:
+            plt.imsave(path, portrait.picture(played[0].postures[1]))
+    return played
+
+
+def summary(played: list[Played]) -> dict[str, Any]:
+    """Count what came of episodes; simulator faults judge nothing."""
+    judged = [episode for episode in played if not episode.fault]
+    successes = [episode for episode in judged if episode.success]
+    return {
+        "successes": len(successes),
+        "trials": len(judged),
+        "actions_mean": (
+            float(np.mean([len(e.episode.steps) for e in successes])) if successes else None
+        ),
+        "faults": len(played) - len(judged),
+        "episodes": [
+            {
+                "start": describe_state(episode.start),
+                "verdict": episode.fault or episode.episode.verdict.value,
+                "seconds": round(episode.seconds, 2),
+                "actions": [str(Action.from_index(s.action)) for s in episode.episode.steps],
+                "states": [s.next_state for s in episode.episode.steps],
+            }
+            for episode in played
+        ],
+    }
+
+
+def draw_film_strip(played: Played, camera: StillCamera, path: Path) -> None:
+    """Draw the scene at the start and after each action, with its name."""
+    steps = played.episode.steps
+    titles = [f"start: {describe_state(played.start)}"]
+    titles += [str(Action.from_index(step.action)) for step in steps]
+    shown = played.postures[: len(titles)]
+    columns = min(4, len(shown))
+    rows = -(-len(shown) // columns)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(4 * columns, 3.3 * rows), squeeze=False, layout="constrained"
+    )
+    for axis in axes.flat:
+        axis.axis("off")
+    for axis, posture, title in zip(axes.flat, shown, titles, strict=False):
+        axis.imshow(camera.picture(posture))
+        axis.set_title(title, fontsize=9)
+    figure.suptitle(played.fault or f"{played.episode.verdict} after {len(steps)} actions")
+    figure.savefig(path, dpi=90)
+    plt.close(figure)

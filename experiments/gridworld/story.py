@@ -1,0 +1,226 @@
+"""Grid-world: four trajectories teach a policy for every cell (thesis §6.2).
+
+Figures 6.3–6.6 and Table 6.2. The inverse temperature grows with the side n, for a border
+trajectory says "stay on the edge" n times for each "leave it here", and neither β nor the
+step knows where the goal is. With ``--hard`` come the cases that this recipe fails at.
+"""
+
+from dataclasses import dataclass, field, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from experiments.gridworld.hard import cases, hard_rows
+from experiments.gridworld.learning import (
+    Lesson,
+    Mapper,
+    Run,
+    Settings,
+    learn,
+    mapper,
+    policy_of,
+    run_all,
+)
+from experiments.gridworld.plots import (
+    plot_curves,
+    plot_hard,
+    plot_hard_policies,
+    plot_policy,
+    plot_preferences,
+    plot_times,
+)
+from experiments.kit.command import Output
+from irl.choices import check_choice, check_range
+from irl.domains.gridworld import GridWorld, goal_cell
+from irl.errors import InputError
+from irl.preferences import StatePreferences
+from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES
+
+PUBLISHED = {7: 0.0106, 25: 0.0377, 35: 0.0541, 101: 0.0845}
+"""Seconds an iteration by side, thesis Table 6.2; 2000 iterations, hardware not told."""
+
+
+@dataclass
+class Config:
+    """Learn grid-world policies from four corner-to-goal trajectories."""
+
+    sizes: tuple[int, ...] = (7, 25)
+    """Cells a side; odd if the goal is at the centre. The thesis also has 35 and 101."""
+    seeds: tuple[int, ...] = (0, 1, 2)
+    """One run each, per size."""
+    seed: int = 0
+    """Added to every one of the seeds."""
+    trajectories: Literal["diagonal", "border"] = "diagonal"
+    """Along the diagonals, or along the edge and straight in."""
+    goal: Literal["centre", "offset", "corner"] = "centre"
+    """The middle cell, the cell (n // 4, 2n // 3), or the cell (0, 0)."""
+    state_preferences: bool = False
+    """Prefer the goal and avoid the cells at the limits, ±20 % of the learnt value."""
+    additive: bool = True
+    """Also train additive networks, tanh(g(x) + h(y)), reported as rows_additive."""
+    iterations: int = 2000
+    """Training iterations."""
+    step: float = 1e-3
+    """Adam's step, decaying to 0 on a cosine."""
+    beta_per_cell: float = 10.0
+    """Inverse temperature per cell of the side: β = 10 n."""
+    hidden: tuple[int, ...] = (32, 32)
+    """Widths of the hidden layers."""
+    hard: bool = False
+    """Also learn the hard cases: a goal at a corner, walls, wrong actions, an unseen quadrant."""
+    hard_size: int = 25
+    """Cells a side of the hard cases, odd."""
+    hard_seeds: int = 10
+    """Runs of each hard case and kind of help, from seed on."""
+    wrong: tuple[float, ...] = (0.1, 0.3)
+    """Shares of wrong actions among the demonstrated ones."""
+    queries: int = 8
+    """Queries where the hard cases have help by queries, each answered with a trajectory."""
+    state_query: str = "visitation_entropy"
+    """Which state a query is about, a name in irl.queries.STATE_STRATEGIES without committee."""
+    workers: int = 1
+    """Processes; the results do not depend on it, times may."""
+    out: Path = field(default_factory=lambda: Path("out/gridworld"))
+    """Where results go."""
+
+    @property
+    def settings(self) -> Settings:
+        """How every network learns."""
+        return Settings(self.iterations, self.step, self.beta_per_cell, self.hidden)
+
+
+def row(world: GridWorld, config: Config, runs: list[Run]) -> dict[str, Any]:
+    """What ``result.json`` says of one size; times are in seconds."""
+    states, _ = world.demonstrations(config.trajectories)
+    return {
+        "size": world.n,
+        "states": world.n_states,
+        "trajectories": config.trajectories,
+        "goal": config.goal,
+        "state_preferences": config.state_preferences,
+        "seeds": [config.seed + s for s in config.seeds],
+        "demonstrated_fraction": np.unique(states).size / world.n_states,
+        "accuracy": [run.accuracy[-1] for run in runs],
+        "accuracy_shortest": [run.shortest for run in runs],
+        "seconds_per_iteration": float(np.median([run.seconds_per_iteration for run in runs])),
+        "seconds_per_iteration_thesis": PUBLISHED.get(world.n),
+        "wall_s": [run.wall_s for run in runs],
+        "cpu_s": [run.cpu_s for run in runs],
+        "iterations": config.iterations,
+    }
+
+
+def checked_worlds(config: Config) -> list[GridWorld]:
+    """The grids, once all settings are known to be good.
+
+    Raises:
+        InputError: naming the setting that is not.
+    """
+    for name in ("sizes", "seeds"):
+        if not getattr(config, name):
+            raise InputError(f"{name}: at least one value is needed")
+    for name, low in (("iterations", 1), ("workers", 1), ("hard_seeds", 1), ("queries", 0)):
+        check_range(name, getattr(config, name), low)
+    check_range("hidden", min(config.hidden, default=1), 1)
+    check_range("seed + seeds", config.seed + min(config.seeds), 0)
+    for share in config.wrong:
+        check_range("wrong", share, 0, 1)
+    check_choice("state_query", config.state_query, STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES)
+    worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]
+    for world in worlds:
+        config.settings.training(world.n)
+    return worlds
+
+
+def solvable(
+    config: Config, worlds: list[GridWorld], output: Output, over: Mapper
+) -> dict[str, Any]:
+    """Figures 6.3, 6.5, 6.6 and Table 6.2: every size with every seed."""
+    kinds = {"rows": False, "rows_additive": True} if config.additive else {"rows": False}
+    lessons = [
+        Lesson(
+            world,
+            config.trajectories,
+            config.seed + seed,
+            config.settings,
+            additive,
+            config.state_preferences,
+        )
+        for world, additive, seed in product(worlds, kinds.values(), config.seeds)
+    ]
+    runs = iter(run_all(learn, lessons, over, "gridworld"))
+    result: dict[str, Any] = {kind: [] for kind in kinds}
+    curves: dict[str, list[Run]] = {}
+    for world in worlds:
+        for kind in kinds:
+            group = [next(runs) for _ in config.seeds]
+            result[kind].append(row(world, config, group))
+            if kind == "rows":
+                curves[f"{world.n} × {world.n}"] = group
+                with output.file(f"policy_{world.n}.png") as path:
+                    plot_policy(
+                        world, config.trajectories, group[0], config.state_preferences, path
+                    )
+    with output.file("accuracy.png") as path:
+        plot_curves(curves, path)
+    with output.file("time.png") as path:
+        plot_times(result["rows"], PUBLISHED, path)
+    return result
+
+
+def correction(config: Config, output: Output, over: Mapper) -> list[dict[str, Any]]:
+    """Figure 6.4: how state preferences turn demonstrations along the limits inwards.
+
+    With our inverse temperature and with β = 1: preferences move f by a share of itself, and the
+    larger β is, the nearer to 0 can f explain the demonstrations.
+    """
+    world = GridWorld(7, goal_cell(7, "centre"))
+    seeds = [config.seed + s for s in config.seeds]
+    betas = (1.0, config.beta_per_cell * world.n)
+    lessons = [
+        Lesson(world, "border", seed, replace(config.settings, beta_per_cell=beta / world.n))
+        for beta, seed in product(betas, seeds)
+    ]
+    runs = run_all(learn, lessons, over, "preferences")
+    rows, policies = [], {}
+    for beta, preferred in product(betas, (False, True)):
+        preferences = world.preferences() if preferred else StatePreferences()
+        group = runs[: len(seeds)] if beta == betas[0] else runs[len(seeds) :]
+        learnt = [policy_of(world, run.f, preferences) for run in group]
+        rows.append(
+            {
+                "size": world.n,
+                "trajectories": "border",
+                "beta": beta,
+                "state_preferences": preferred,
+                "seeds": seeds,
+                "accuracy": [world.accuracy(policy) for policy in learnt],
+                "stays_at_limits": [world.stays_at_limits(policy) for policy in learnt],
+            }
+        )
+        name = f"β = {beta:g}, {'with' if preferred else 'without'} state preferences"
+        policies[name] = learnt[0]
+    with output.file("preferences.png") as path:
+        plot_preferences(world, "border", policies, path)
+    return rows
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Learn every grid with every seed; plot and tabulate."""
+    worlds = checked_worlds(config)  # mistakes are told before any work begins
+    hard = cases(config.hard_size, config.trajectories, config.wrong) if config.hard else []
+    with mapper(config.workers) as over:
+        result = solvable(config, worlds, output, over)
+        result["preference_rows"] = correction(config, output, over)
+        if hard:
+            seeds = range(config.seed, config.seed + config.hard_seeds)
+            result["hard_rows"], first = hard_rows(
+                hard, config.queries, config.state_query, seeds, config.settings, over
+            )
+            with output.file("hard.png") as path:
+                plot_hard(result["hard_rows"], path)
+            with output.file("hard_policies.png") as path:
+                plot_hard_policies(hard, result["hard_rows"], first, path)
+    return result

@@ -1,0 +1,1 @@
+"""What stories share: options and results, processes, kept rows, shipped data."""

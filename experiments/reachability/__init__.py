@@ -1,0 +1,1 @@
+"""Which poses the arms reach."""

@@ -1,0 +1,274 @@
+"""Sailing: how many questions to an expert a learner needs (thesis §6.1, Figures 6.1, 6.2).
+
+A learner has seen few trajectories and may ask an expert which legs to prefer and which to avoid.
+One query is one question, about one state or about one cluster of states. The expert prefers
+actions that are optimal in at least ``prefer_share`` of the cluster, and avoids those that are so
+in at most ``avoid_share``; neither need hold in each of its states.
+
+- *random advice* asks about a state drawn at random: advice about whatever comes up;
+- *uncertain state* asks about the state of highest entropy (4.1);
+- *uncertain cluster* asks about the cluster of highest mean entropy;
+- *random cluster* tells what is owed to the clusters from what is owed to the choice.
+
+Clusters are what a sailor would name: the wind, and where the goal lies from here. Performance is
+the expected discounted time to the goal, over all starts, on the scale from 0, any feasible leg
+at random, to 1, the optimal policy.
+
+Advice changes the action values, as in Algorithm 4.1; then it reaches no further than the states
+it was given for. For comparison all is repeated with advice in the objective as well, where an
+answer about one state teaches about others through the features.
+
+The noise experiment follows Kunapuli et al. (2013): a share of the demonstrated labels is wrong,
+and the learner has no advice, good advice, or advice that is wrong equally often.
+"""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from itertools import islice
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from experiments.kit.command import Output
+from experiments.sailing.learning import (
+    NOISE_CURVES,
+    STRATEGIES,
+    Learner,
+    Plan,
+    ask,
+    run_seed,
+)
+from experiments.sailing.plots import plot_advice, plot_clustering, plot_lake, plot_noise
+from irl.choices import check_range
+from irl.domains.sailing import DIRECTIONS, ideal_clusters, purity
+from irl.errors import InputError
+from irl.metrics import bootstrap_interval
+
+RESAMPLES = 2000
+LAKE_WIND = DIRECTIONS.index("SE")  # in the picture: across the way to the goal
+
+
+@dataclass
+class Config:
+    """Seek advice about sailing, and count the questions."""
+
+    size: int = 6
+    """Waypoints a side; a state is a waypoint, a wind and a tack: 24 n² of them."""
+    delay: float = 3.0
+    """Minutes that a change between port and starboard tack takes."""
+    gamma: float = 0.95
+    """Discount factor a leg."""
+    seeds: int = 20
+    """Independent runs: other demonstrations, queries and ties."""
+    seed: int = 0
+    """The first of them."""
+    demonstrations: int = 2
+    """Optimal trajectories from random starts that the learner begins with."""
+    objective_queries: int = 24
+    """Most queries where advice enters the objective; elsewhere every state may be asked about."""
+    target: float = 0.95
+    """Performance whose price in queries is reported."""
+    qualities: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25, 0.0)
+    """Share of the states that keep their place in the ideal clustering; the ideal, 1, first."""
+    noise: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+    """Shares of the demonstrated labels that are wrong."""
+    noise_demonstrations: int = 8
+    """Trajectories in the noise experiment, enough to do well without advice or noise."""
+    noise_queries: int = 20
+    """Queries in the noise experiment, each about the most uncertain cluster."""
+    prefer_share: float = 0.5
+    """An action optimal in at least this share of a cluster is preferred."""
+    avoid_share: float = 0.0
+    """An action optimal in at most this share of a cluster is avoided."""
+    l2: float = 0.1
+    """Price of |θ|² / 2 against the log-likelihood of the labels."""
+    workers: int = 2
+    """Processes; the results do not depend on it."""
+    out: Path = field(default_factory=lambda: Path("out/sailing"))
+    """Where results go."""
+
+
+def plan_of(config: Config) -> Plan:
+    """The part that shapes a run, checked.
+
+    Raises:
+        InputError: naming the option that is out of range.
+    """
+    for name, low in (
+        ("seeds", 2), ("demonstrations", 1), ("objective_queries", 1),
+        ("noise_demonstrations", 1),
+        ("noise_queries", 1), ("workers", 1),
+    ):  # fmt: skip
+        check_range(name, getattr(config, name), low)
+    check_range("target", config.target, 0, 1)
+    check_range("gamma", config.gamma, 0, 0.999)  # beyond, evaluations would take for ever
+    check_range("l2", config.l2, 0, open_low=True)
+    for name in ("qualities", "noise"):
+        values = getattr(config, name)
+        if not values:
+            raise InputError(f"{name}: at least one value is needed")
+        for value in values:
+            check_range(name, value, 0, 1)
+    if config.qualities[0] != 1:
+        raise InputError(f"qualities: the first must be 1, the ideal, is {config.qualities[0]}")
+    plan = Plan(**{name: getattr(config, name) for name in Plan.__dataclass_fields__})
+    plan.problem.expert  # noqa: B018 - checks size, delay and shares before any work
+    return plan
+
+
+def run_all(plan: Plan, seeds: Sequence[int], workers: int) -> list[dict[str, np.ndarray]]:
+    """Every seed's curves, in the order of the seeds."""
+    # Matrices are small: a second BLAS thread would only get in another worker's way.
+    os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        return list(
+            tqdm(pool.map(run_seed, [plan] * len(seeds), seeds), "seeds", len(seeds), unit="seed")
+        )
+
+
+def curve(x: Sequence[float] | np.ndarray, values: np.ndarray) -> list[list[float]]:
+    """Rows [x, mean, low, high] with bootstrap intervals of values ``[seeds, len(x)]``."""
+    rows = []
+    for at, column in zip(x, values.T, strict=True):
+        low, high = bootstrap_interval(column, np.random.default_rng(0), resamples=RESAMPLES)
+        rows.append([float(at), float(column.mean()), low, high])
+    return rows
+
+
+def first_reached(points: np.ndarray, mean: np.ndarray, target: float) -> np.ndarray:
+    """The points at which curves ``[…, len(points)]`` first reach the target; inf if none."""
+    reached = mean >= target
+    return np.where(reached.any(axis=-1), points[reached.argmax(axis=-1)], np.inf)
+
+
+def queries_to_target(
+    points: np.ndarray, performance: dict[str, np.ndarray], target: float
+) -> dict[str, dict[str, Any]]:
+    """How many queries each strategy's mean curve takes to the target.
+
+    Args:
+        points: numbers of queries, ascending.
+        performance: strategy → ``[seeds, len(points)]``, the uncertain cluster among them.
+        target: the performance.
+
+    Returns:
+        strategy → ``queries`` and its bootstrap interval ``low``, ``high`` (seeds drawn anew, the
+        same ones for all strategies), null if not reached within the budget; ``ratio`` is the
+        uncertain cluster's queries over this strategy's, with ``ratio_low``, ``ratio_high``.
+        Where this strategy runs out of budget, the budget stands in, so that a ratio errs
+        upwards; where the uncertain cluster does, there is no ratio.
+    """
+    seeds = len(performance["uncertain_cluster"])
+    draws = np.random.default_rng(0).integers(seeds, size=(RESAMPLES, seeds))
+    samples = {
+        name: np.concatenate([values.mean(axis=0)[None], values[draws].mean(axis=1)])
+        for name, values in performance.items()
+    }
+    needed = {name: first_reached(points, means, target) for name, means in samples.items()}
+    ours = needed["uncertain_cluster"]
+
+    def told(value: float) -> float | None:
+        return float(value) if np.isfinite(value) else None
+
+    result = {}
+    for name, queries in needed.items():
+        ratio = ours / np.clip(queries, 1, points[-1])
+        entry = {"queries": queries[0], "ratio": ratio[0]}
+        for field_, values in (("", queries[1:]), ("ratio_", ratio[1:])):
+            # Quantiles that are samples themselves: infinity has no neighbours to average with.
+            ends = np.quantile(values, [0.025, 0.975], method="inverted_cdf")
+            entry |= {f"{field_}low": ends[0], f"{field_}high": ends[1]}
+        result[name] = {key: told(value) for key, value in entry.items()}
+    return result
+
+
+def clustering_result(plan: Plan, runs: list[dict[str, np.ndarray]], most: int) -> dict[str, Any]:
+    """Figure 6.2's numbers up to ``most`` queries: a curve a quality, and each over the ideal."""
+    points = plan.points[plan.points <= most]
+    pure = np.mean([run["purity"] for run in runs], axis=0)
+    by_quality = [
+        np.array([run[f"quality/{i}"][: points.size] for run in runs])
+        for i in range(len(plan.qualities))
+    ]
+    averages = np.stack([values[:, 1:].mean(axis=1) for values in by_quality], axis=1)
+    return {
+        "levels": [
+            {"quality": quality, "purity": float(p), "curve": curve(points, values)}
+            for quality, p, values in zip(plan.qualities, pure, by_quality, strict=True)
+        ],
+        "relative_to_ideal": curve(pure, averages / averages[:, :1]),
+        "queries": int(points[-1]),
+    }
+
+
+def learned_policies(plan: Plan, seed: int) -> dict[str, np.ndarray]:
+    """One seed's policies before and after advice, for the picture of the lake."""
+    problem = plan.problem
+    shown = problem.demonstrate(plan.demonstrations, np.random.default_rng([seed, 0]))
+    learner = Learner(problem.lake, shown, plan.l2, objective=False)
+    policies = {f"{plan.demonstrations} demonstrations": learner.policy}
+    queries = ask(problem, learner, problem.lake.sectors(), True, np.random.default_rng(seed))
+    for number in islice(queries, plan.noise_queries):
+        last = number
+    return {
+        **policies,
+        f"and {last} cluster queries": learner.policy,
+        "optimal": problem.sailor.optimal_actions.argmax(axis=1),
+    }
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Run every seed, tabulate, plot."""
+    plan = plan_of(config)
+    problem = plan.problem
+    seeds = range(config.seed, config.seed + config.seeds)
+    runs = run_all(plan, seeds, config.workers)
+
+    def curves(suffix: str, points: np.ndarray) -> dict[str, list[list[float]]]:
+        return {
+            name: curve(points, np.array([run[name + suffix] for run in runs]))
+            for name in STRATEGIES
+        }
+
+    def price(suffix: str, points: np.ndarray) -> dict[str, dict[str, Any]]:
+        performance = {name: np.array([run[name + suffix] for run in runs]) for name in STRATEGIES}
+        return queries_to_target(points, performance, config.target)
+
+    sectors, optimal = problem.lake.sectors(), problem.sailor.optimal_actions
+    ideal = ideal_clusters(optimal, problem.lake.states[:, 2])
+    result: dict[str, Any] = {
+        "curves": curves("", plan.points),
+        "goal_curves": curves("/goal", plan.points),
+        "objective_curves": curves("/objective", plan.objective_points),
+        "target": config.target,
+        "queries_to_target": price("", plan.points),
+        "objective_queries_to_target": price("/objective", plan.objective_points),
+        "clustering_curves": clustering_result(plan, runs, np.unique(ideal[ideal >= 0]).size),
+        "noise": {
+            name: curve(config.noise, np.array([run[f"noise/{name}"] for run in runs]))
+            for name in NOISE_CURVES
+        },
+        "clusters": np.unique(sectors[sectors >= 0]).size,
+        "cluster_purity": purity(sectors, optimal),
+        "minutes_random": problem.scale[0],
+        "minutes_optimal": problem.scale[1],
+        "states": problem.lake.n_states,
+        "seeds": list(seeds),
+    }
+    with output.file("figure_6_1.png") as path:
+        plot_advice(result["curves"], result["objective_curves"], config.target, path)
+    with output.file("figure_6_2.png") as path:
+        plot_clustering(result["clustering_curves"], path)
+    with output.file("noise.png") as path:
+        plot_noise(result["noise"], config.noise_queries, path)
+    with output.file("policy.png") as path:
+        plot_lake(problem.lake, learned_policies(plan, config.seed), LAKE_WIND, optimal, path)
+    for name, entry in result["queries_to_target"].items():
+        needed = "more than all" if entry["queries"] is None else f"{entry['queries']:.0f}"
+        print(f"{name:>18}: {needed} queries to performance {config.target}")
+    return result

@@ -1,0 +1,1 @@
+"""The transition model: trials, coverage, export, and how far to trust it."""

@@ -1,0 +1,215 @@
+"""How far the transition model can be trusted: it is held against trials it was not made from.
+
+``validate`` takes the whole arm, ``rules`` each rule by which a trial speaks for other pairs,
+``sensitivity`` the solver's step and friction, ``releases`` the angle at which a cube is let go.
+"""
+
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from diagrams.trials.counts import thesis_entries
+from diagrams.trials.database import ARM, Campaign, TrialDatabase
+from experiments.kit.command import Output
+from experiments.kit.executors import start_workers
+from experiments.kit.kept_rows import KeptRows
+from experiments.kit.shipped_data import (
+    MAP,
+    SHIPPED_ROBOT,
+    SHIPPED_TASK,
+    SHIPPED_TRIALS,
+    load_feasibility,
+)
+from experiments.transitions.campaign import PairTrials, planned_classes, run_campaign
+from experiments.transitions.options import Running, floating_campaign
+from experiments.transitions.releases import plot_sweep, run_sweep
+from experiments.transitions.rules import (
+    draw_rule_pairs,
+    find_rules,
+    judge,
+    plot_rules,
+    print_rules,
+)
+from experiments.transitions.sensitivity import (
+    ASPECTS,
+    compare,
+    plot_sensitivity,
+    print_summary,
+    run_variants,
+    sample_classes,
+    summarise,
+)
+from experiments.transitions.validation import draw_pairs, plot_validation, print_scores, scores
+from irl.choices import check_range
+from irl.files import sha256
+from irl.task_data import load_task
+from models.scenes.description_files import STATION_FILES, description_hash
+from models.task.spaces import Kind
+from models.task.trial_classes import trial_classes
+
+
+@dataclass(frozen=True)
+class Validate(Running):
+    """Hold a model against trials of its own pairs, drawn at random and not used to make it."""
+
+    task: Path = SHIPPED_TASK
+    """Task data with the model."""
+    rig: Literal["arm", "floating"] = ARM
+    """The whole station, as the robot would do it; or the floating gripper of the trials."""
+    trials: int = 600
+    """Pairs to draw, a quarter of each kind of action."""
+    campaign: Path | None = None
+    """Database that the model was made from, to judge the kernel of thesis 5.9.1 as well."""
+    database: Path = Path("out/transitions/validation.db")
+    """SQLite file of these trials; made if missing."""
+    seed: int = 1
+    """Of the draw, and root of every trial's own seed."""
+    out: Path = Path("out/validation")
+    """Folder of the results."""
+
+
+@dataclass(frozen=True)
+class Rules(Running):
+    """Hold each rule of symmetry, and each of the thesis' kernel, against trials of its pairs."""
+
+    campaign: Path = SHIPPED_TRIALS
+    """Database of the trials that the rules carry over."""
+    trials: int = 60
+    """Pairs to draw for each rule."""
+    database: Path = Path("out/transitions/rules.db")
+    """SQLite file of these trials; made if missing."""
+    seed: int = 2
+    """Of the draw, and root of every trial's own seed."""
+    out: Path = Path("out/rules")
+    """Folder of the results."""
+
+
+@dataclass(frozen=True)
+class Sensitivity(Running):
+    """Find out which outcomes change with the solver's step and with friction."""
+
+    repetitions: int = 4
+    """Trials of each class, of each variant."""
+    databases: Path = Path("out/sensitivity/trials")
+    """Folder of a SQLite file for each variant; made if missing."""
+    seed: int = 0
+    """Of the draw of classes, and root of every trial's own seed."""
+    out: Path = Path("out/sensitivity")
+    """Folder of the results."""
+
+
+@dataclass(frozen=True)
+class Releases(Running):
+    """Let go of a cube that hangs turned, from level to the next face."""
+
+    angles: tuple[float, ...] = tuple(range(0, 91, 5))
+    """Turns about the closing axis, in degrees."""
+    repetitions: int = 12
+    """Trials of each angle and height."""
+    seed: int = 0
+    """Root of every trial's own seed."""
+    out: Path = Path("out/releases")
+    """Folder of the results."""
+
+
+def validate(config: Validate, output: Output) -> dict[str, Any]:
+    """Hold the model against trials of pairs drawn at random."""
+    check_range("--trials", config.trials, len(Kind))
+    config.check()
+    task = load_task(config.task)
+    campaign = floating_campaign(config.trial, config.seed)
+    if config.rig == ARM:
+        models, map_hash = description_hash(STATION_FILES), sha256(SHIPPED_ROBOT / MAP)
+        campaign = Campaign(config.trial, config.seed, models, version("drake"), ARM, map_hash)
+    drawn = draw_pairs(task.transitions, config.trials, np.random.default_rng(config.seed))
+    with start_workers(config.workers, config.cluster) as workers:
+        database = TrialDatabase(config.database, campaign)
+        run_campaign(database, campaign, PairTrials(drawn), workers)
+    trials = [trial for trial in database.trials() if trial[0] in set(drawn)]
+    result = scores(task.transitions, trials)
+    print_scores(result)
+    if config.campaign is not None:
+        feasible, tried = load_feasibility().mask(), TrialDatabase(config.campaign).trials()
+        result["thesis_kernel"] = scores(thesis_entries(feasible, tried), trials)
+        print("by the kernel of thesis 5.9.1, for as many pairs as it covers:")
+        print_scores(result["thesis_kernel"])
+    with output.file("validation.png") as path:
+        plot_validation(result, path)
+    return result
+
+
+def rules(config: Rules, output: Output) -> dict[str, Any]:
+    """Try pairs that follow from a campaign by one rule alone."""
+    check_range("--trials", config.trials, 1)
+    config.check()
+    classes, feasible = trial_classes(), load_feasibility().mask()
+    found = find_rules(feasible, list(TrialDatabase(config.campaign).trials()), classes)
+    rng = np.random.default_rng(config.seed)
+    drawn = [draw_rule_pairs(rule, config.trials, rng) for rule in found]
+    campaign = floating_campaign(config.trial, config.seed)
+    every = list(dict.fromkeys(pair for pairs in drawn for pair in pairs))
+    with start_workers(config.workers, config.cluster) as workers:
+        database = TrialDatabase(config.database, campaign)
+        run_campaign(database, campaign, PairTrials(every), workers)
+    rows = judge(found, drawn, list(database.trials()))
+    print_rules(rows)
+    with output.file("rules.png") as path:
+        plot_rules(rows, path)
+    return {"rows": rows}
+
+
+def sensitivity(config: Sensitivity, output: Output) -> dict[str, Any]:
+    """Run the variants and tabulate what changes between them."""
+    check_range("--repetitions", config.repetitions, 1)
+    config.check()
+    classes = trial_classes()
+    numbers = sample_classes(
+        classes,
+        planned_classes(classes, load_feasibility().mask()),
+        np.random.default_rng(config.seed),
+    )
+    campaign = floating_campaign(config.trial, config.seed)
+    with start_workers(config.workers, config.cluster) as workers:
+        tried = run_variants(
+            config.databases, campaign, classes, numbers, config.repetitions, workers
+        )
+    rows = compare(tried, classes)
+    for row in rows:
+        if any(row[aspect] for aspect in ASPECTS):
+            changed = ", ".join(f"{aspect} {row[aspect]}" for aspect in ASPECTS)
+            layer = "" if row["layer"] is None else f" from the {row['layer']} layer"
+            print(f"{row['variant']:>14}  {row['pair']}{layer}: of {row['trials']} {changed}")
+    total = summarise(rows)
+    print_summary(total)
+    with output.file("sensitivity.png") as path:
+        plot_sensitivity(rows, path)
+    return {"summary": total, "rows": rows}
+
+
+def releases(config: Releases, output: Output) -> dict[str, Any]:
+    """Find out at what angle a cube falls over."""
+    check_range("--repetitions", config.repetitions, 1)
+    check_range("--angles", len(config.angles), 1)
+    config.check()
+    angles = sorted(set(config.angles))
+    identity = {
+        "angles": angles,
+        "repetitions": config.repetitions,
+        "campaign": floating_campaign(config.trial, config.seed).content(),
+    }
+    kept = KeptRows(output, identity)
+    with start_workers(config.workers, config.cluster) as workers:
+        rows = run_sweep(config.trial, angles, config.repetitions, config.seed, workers, kept)
+    for row in rows:
+        print(
+            f"z = {row['height_m']:g} m, {row['angle_deg']:4g}°: of {row['trials']} "
+            f"back {row['back']}, over {row['over']}, elsewhere {row['elsewhere']}; "
+            f"drift {1e3 * row['drift_median_m']:.1f} mm"
+        )
+    with output.file("releases.png") as path:
+        plot_sweep(rows, path)
+    kept.forget()
+    return {"rows": rows}

@@ -1,0 +1,174 @@
+"""The transition model, from trials: run them, look at what they cover, export task data.
+
+``run`` fills the trial database (kill it at any moment; the same command goes on),
+``status`` shows its coverage and what the trials tell of the physics, ``export`` turns it into the
+task data that `irl` learns from. ``validate``, ``rules``, ``sensitivity`` and ``releases`` tell how
+far to trust it (`experiments.transitions.checks`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+
+from diagrams.trials.counts import TransitionEntries, Trial, count_pairs, transition_entries
+from diagrams.trials.database import TrialDatabase
+from diagrams.trials.plan import Plan
+from diagrams.trials.record import Outcome
+from experiments.kit.command import Output
+from experiments.kit.executors import start_workers
+from experiments.kit.shipped_data import load_feasibility
+from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
+from experiments.transitions.checks import (
+    Releases,
+    Rules,
+    Sensitivity,
+    Validate,
+    releases,
+    rules,
+    sensitivity,
+    validate,
+)
+from experiments.transitions.coverage import coverage_by_gripper, plot_coverage, print_coverage
+from experiments.transitions.export import save_tables, task_data
+from experiments.transitions.memory import print_two_turns, two_turns
+from experiments.transitions.options import Running, floating_campaign
+from experiments.transitions.physics import physics, print_physics
+from irl.choices import check_range
+from irl.files import atomic_path
+from irl.task_data import save_task
+from models.task.trial_classes import TrialClasses, trial_classes
+
+DATABASE = Path("out/transitions/trials.db")
+
+
+@dataclass(frozen=True)
+class Run(Running):
+    """Run the trials that the plan wants and the database does not hold yet."""
+
+    database: Path = DATABASE
+    """SQLite file; made if missing."""
+    hours: float | None = None
+    """Longest time to run for; by default, until the plan is fulfilled."""
+    plan: Plan = field(default_factory=Plan)
+    """How many trials a class of pairs needs."""
+    seed: int = 0
+    """Root of every trial's own seed."""
+    out: Path = Path("out/transitions")
+    """Folder of the results."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """Show how much of the feasible pairs the database covers."""
+
+    database: Path = DATABASE
+    """SQLite file."""
+    seed: int = 0
+    """Unused: nothing is drawn."""
+    out: Path = Path("out/transitions")
+    """Folder of the results."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write task data from the database."""
+
+    database: Path = DATABASE
+    """SQLite file."""
+    to: Path = Path("out/transitions/task")
+    """Folder of the task data; an older one is replaced as a whole."""
+    archive: Path | None = None
+    """Also copy the database there, compact and in one file."""
+    tables: bool = False
+    """Also write the model in the shape of thesis 5.9, as CSV and JSON."""
+    seed: int = 0
+    """Unused: nothing is drawn."""
+    out: Path = Path("out/transitions")
+    """Folder of the results."""
+
+
+Config = (
+    Annotated[Run, tyro.conf.subcommand("run")]
+    | Annotated[Status, tyro.conf.subcommand("status")]
+    | Annotated[Export, tyro.conf.subcommand("export")]
+    | Annotated[Validate, tyro.conf.subcommand("validate")]
+    | Annotated[Rules, tyro.conf.subcommand("rules")]
+    | Annotated[Sensitivity, tyro.conf.subcommand("sensitivity")]
+    | Annotated[Releases, tyro.conf.subcommand("releases")]
+)
+Check = Validate | Rules | Sensitivity | Releases
+CHECKS: dict[type, Callable[..., dict[str, Any]]] = {
+    Validate: validate,
+    Rules: rules,
+    Sensitivity: sensitivity,
+    Releases: releases,
+}
+
+
+def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any]:
+    """Tell one of the stories."""
+    if type(config) in CHECKS:
+        return CHECKS[type(config)](config, output)
+    classes, feasible = trial_classes(), load_feasibility().mask()
+    if isinstance(config, Run):
+        database = run(config, classes, feasible)
+    else:
+        database = TrialDatabase(config.database)  # type: ignore[union-attr]
+    trials = list(database.trials())
+    entries = transition_entries(feasible, trials, classes)
+    result = coverage(trials, entries)
+    with output.file("coverage.png") as path:
+        plot_coverage(entries, path)
+    if isinstance(config, Status):
+        result["physics"] = physics(trials, entries, classes)
+        print_physics(result["physics"])
+        result["two_turns"] = two_turns(entries)
+        print_two_turns(result["two_turns"])
+    if isinstance(config, Export):
+        result["task_hash"] = save_task(task_data(database, entries), config.to)
+        print(f"task data in {config.to}")
+        if config.tables:
+            save_tables(entries, output)
+        if config.archive is not None:
+            with atomic_path(config.archive) as path:
+                database.copy(path)
+    return result
+
+
+def run(config: Run, classes: TrialClasses, feasible: np.ndarray) -> TrialDatabase:
+    """Run the campaign; the database, with its trials in it."""
+    config.check()
+    if config.hours is not None:
+        check_range("--hours", config.hours, 0)
+    campaign = floating_campaign(config.trial, config.seed)
+    source = ClassTrials(classes, planned_classes(classes, feasible), config.plan)
+    with start_workers(config.workers, config.cluster) as workers:
+        database = TrialDatabase(config.database, campaign)
+        run_campaign(database, campaign, source, workers, config.hours)
+    return database
+
+
+def coverage(trials: list[Trial], entries: TransitionEntries) -> dict[str, Any]:
+    """Count and print pairs by kind of action, evidence and gripper orientation."""
+    counts = count_pairs(entries)
+    by_gripper = coverage_by_gripper(entries)
+    faults = sum(record.outcome == Outcome.FAULT for _, _, record in trials)
+    print_coverage(counts, by_gripper)
+    print(f"{len(trials)} trials, {faults} simulator faults")
+    by_evidence = {
+        name: sum(kind[name] for kind in counts.values())
+        for name in ("measured", "kernel", "estimated")
+    }
+    return {
+        "feasible_pairs": sum(by_evidence.values()),
+        **by_evidence,
+        "by_action": counts,
+        "by_gripper": by_gripper,
+        "trials": len(trials),
+        "cpu_s": sum(record.cpu_s for _, _, record in trials),
+        "faults": faults,
+    }

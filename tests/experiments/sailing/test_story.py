@@ -1,0 +1,211 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+from experiments.sailing.learning import STRATEGIES, Learner, ask, measure, next_cluster
+from experiments.sailing.story import (
+    Config,
+    curve,
+    first_reached,
+    plan_of,
+    queries_to_target,
+    run_all,
+)
+from irl.errors import InputError
+
+TINY = ("--size", 3, "--seeds", 2, "--objective-queries", 2, "--qualities", 1, 0,
+        "--noise", 0, 0.5, "--noise-queries", 3)  # fmt: skip
+
+
+def command(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "experiments.sailing", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return plan_of(Config(size=3, seeds=2, objective_queries=2, qualities=(1.0, 0.0), noise=(0.5,)))
+
+
+@pytest.fixture(scope="module")
+def problem(plan):
+    return plan.problem
+
+
+@pytest.fixture
+def learner(plan, problem):
+    shown = problem.demonstrate(2, np.random.default_rng(0))
+    return Learner(problem.lake, shown, plan.l2, objective=False)
+
+
+def test_command_leaves_configuration_result_and_figures(tmp_path):
+    done = command(*TINY, "--workers", 1, "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in (tmp_path / "run").iterdir()} == {
+        "config.yaml", "result.json", "figure_6_1.png", "figure_6_2.png", "noise.png", "policy.png",
+    }  # fmt: skip
+    assert yaml.safe_load((tmp_path / "run/config.yaml").read_text())["size"] == 3
+    result = json.loads((tmp_path / "run/result.json").read_text())
+    assert set(result["curves"]) == set(STRATEGIES)
+    for name, rows in result["curves"].items():
+        assert rows[0][0] == 0
+        assert rows[-1][0] == 24 * 8  # every state but those at the goal
+        for _, mean, low, high in rows:
+            assert low - 1e-9 <= mean <= high + 1e-9
+            assert mean <= 1 + 1e-9
+        if not name.endswith("cluster"):
+            # Whoever has asked about every state sails optimally.
+            assert rows[-1][1] == pytest.approx(1)
+    starts = {tuple(rows[0]) for rows in result["curves"].values()}
+    assert len(starts) == 1  # all strategies begin with the same learners
+    ideal, mixed = result["clustering_curves"]["levels"]
+    assert ideal["purity"] == 1 > mixed["purity"]
+    assert ideal["curve"][-1][1] == pytest.approx(1)
+    assert [row[0] for row in result["noise"]["advice"]] == [0, 0.5]
+    for entry in result["queries_to_target"].values():
+        assert entry["queries"] is None or 0 <= entry["queries"] <= 24 * 8
+
+
+def test_results_do_not_depend_on_the_number_of_workers(plan):
+    one, two = (run_all(plan, [3, 4], workers) for workers in (1, 2))
+    for a, b in zip(one, two, strict=True):
+        assert a.keys() == b.keys()
+        for name in a:
+            np.testing.assert_array_equal(a[name], b[name])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"size": 2}, "size"),
+        ({"seeds": 1}, "seeds"),
+        ({"noise": (1.5,)}, "noise"),
+        ({"noise": ()}, "noise"),
+        ({"qualities": (0.5, 1.0)}, "the first must be 1"),
+        ({"prefer_share": 0.0}, "prefer_share"),
+        ({"gamma": 1.0}, "gamma"),
+        ({"workers": 0}, "workers"),
+        ({"l2": 0.0}, "l2"),
+        ({"delay": -1.0}, "delay"),
+    ],
+)
+def test_impossible_settings_are_refused_before_any_work(options, words):
+    with pytest.raises(InputError, match=words):
+        plan_of(Config(**options))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"), [(("--gamma", 1), "gamma"), (("--wind", "N"), "--wind")]
+)
+def test_mistakes_are_told_in_one_line_and_leave_nothing(tmp_path, arguments, words):
+    done = command(*arguments, "--out", tmp_path / "run")
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "run").exists()
+
+
+def test_help_explains_the_options():
+    done = command("--help")
+    assert done.returncode == 0
+    assert "--objective-queries" in done.stdout
+
+
+def test_performance_is_one_for_the_sailor_and_zero_at_random(problem):
+    mask, optimal = problem.lake.model.mask, problem.sailor.optimal_actions
+    assert problem.performance(optimal.argmax(axis=1)) == pytest.approx(1)
+    assert problem.performance(mask / mask.sum(axis=1, keepdims=True)) == pytest.approx(0)
+    assert problem.goal_reached(optimal.argmax(axis=1)) > 0.9
+
+
+def test_wrong_labels_are_as_many_as_asked_for_and_feasible(problem):
+    shown = problem.demonstrate(5, np.random.default_rng(1))
+    noisy = problem.with_wrong_labels(shown, 0.4, np.random.default_rng(2))
+    changed = noisy.action != shown.action
+    assert changed.sum() == round(0.4 * len(shown))
+    assert not problem.sailor.optimal_actions[noisy.state[changed], noisy.action[changed]].any()
+    noisy.check(problem.lake.model)
+
+
+def test_the_next_query_is_the_open_cluster_of_highest_mean_uncertainty():
+    clusters = np.array([0, 0, 1, 2, 2, -1])
+    uncertainty = np.array([1.0, 0.0, 0.6, 0.9, 0.3, 9.0])
+    rng = np.random.default_rng(0)
+    none = np.zeros(0, dtype=int)
+    found = {next_cluster(clusters, none, uncertainty, rng) for _ in range(50)}
+    assert found == {1, 2}  # equal means, drawn evenly; the state outside does not count
+    assert next_cluster(clusters, np.array([1, 2]), uncertainty, rng) == 0
+    assert next_cluster(clusters, np.array([0, 1, 2]), uncertainty, rng) is None
+    assert {next_cluster(clusters, none, None, rng) for _ in range(50)} == {0, 1, 2}
+
+
+@pytest.mark.parametrize("uncertain", [True, False])
+def test_every_cluster_is_asked_about_once(problem, learner, uncertain):
+    sectors = problem.lake.sectors()
+    queries = list(ask(problem, learner, sectors, uncertain, np.random.default_rng(0)))
+    assert queries == list(range(1, np.unique(sectors).size))
+
+
+def test_advice_about_a_state_makes_its_action_optimal_and_leaves_others_alone(problem, learner):
+    state = int(problem.lake.starts[0])
+    before = learner.policy
+    learner.take(np.array([state]), problem.expert.advise("state", np.array([state])))
+    assert problem.sailor.optimal_actions[state, learner.policy[state]]
+    others = np.delete(np.arange(problem.lake.n_states), state)
+    np.testing.assert_array_equal(learner.policy[others], before[others])
+    assert learner.uncertainty[state] == pytest.approx(0)
+
+
+def test_advice_in_the_objective_teaches_about_other_states(plan, problem):
+    shown = problem.demonstrate(1, np.random.default_rng(0))
+    learner = Learner(problem.lake, shown, plan.l2, objective=True)
+    before = learner.q
+    state = int(problem.lake.starts[0])
+    learner.take(np.array([state]), problem.expert.advise("state", np.array([state])))
+    others = np.delete(problem.lake.model.mask, state, axis=0)
+    changed = (
+        np.delete(learner.q, state, axis=0)[others] != np.delete(before, state, axis=0)[others]
+    )
+    assert changed.mean() > 0.9
+
+
+def test_measuring_repeats_the_last_values_when_the_queries_run_out(problem, learner):
+    sectors = problem.lake.sectors()
+    n = np.unique(sectors).size - 1
+    queries = ask(problem, learner, sectors, True, np.random.default_rng(0))
+    performance, _ = measure(problem, learner, queries, np.array([0, 1, n, n + 7, n + 9]))
+    assert performance.shape == (5,)
+    assert performance[2] == performance[3] == performance[4]
+    assert performance[2] == problem.performance(learner.policy)
+
+
+def test_queries_to_target_by_hand():
+    points = np.array([0, 1, 2, 4, 8])
+    rising = np.array([[0.0, 0.5, 0.9, 1.0, 1.0]] * 3)
+    late = np.array([[0.0, 0.0, 0.0, 0.0, 0.95]] * 3)
+    never = np.zeros((3, 5))
+    assert first_reached(points, rising, 0.9).tolist() == [2, 2, 2]
+    assert np.isinf(first_reached(points, never, 0.9)).all()
+    found = queries_to_target(
+        points, {"random_advice": late, "uncertain_cluster": rising, "random_cluster": never}, 0.9
+    )
+    assert found["uncertain_cluster"]["queries"] == found["uncertain_cluster"]["high"] == 2
+    assert found["random_advice"]["ratio"] == found["random_advice"]["ratio_high"] == 0.25
+    assert found["random_cluster"]["queries"] is None
+    assert found["random_cluster"]["ratio"] == 0.25  # the budget of 8 stands in
+
+
+def test_curves_hold_mean_and_interval():
+    values = np.array([[0.0, 1.0], [1.0, 1.0]])
+    (x, mean, low, high), constant = curve([0, 5], values)
+    assert (x, mean, low, high) == (0, 0.5, 0, 1)
+    assert constant == [5, 1, 1, 1]

@@ -1,0 +1,79 @@
+"""Rules are judged by trials of the pairs that follow by them alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagrams.trials.record import Outcome, Pair, TrialRecord
+from experiments.kit.shipped_data import load_feasibility
+from experiments.transitions.rules import (
+    EXACT,
+    THESIS,
+    draw_rule_pairs,
+    find_rules,
+    judge,
+    plot_rules,
+)
+from models.task.kernel_rules import EXACT_RULES, THESIS_RULES
+from models.task.spaces import Action, Kind, State
+from models.task.trial_classes import trial_classes
+
+CLASSES = trial_classes()
+DROP = Action(Kind.DROP).index
+TRIED = Pair(State(8, 0, 10).index, DROP)
+LEVEL = TrialRecord(Outcome.FREE)
+
+
+@pytest.fixture(scope="module")
+def rules():
+    return find_rules(load_feasibility().mask(), [(TRIED, 0, LEVEL)], CLASSES)
+
+
+def test_every_rule_is_there_and_speaks_for_untried_pairs(rules):
+    names = [(rule.source, rule.name) for rule in rules]
+    assert names == [(EXACT, n) for n in EXACT_RULES] + [(THESIS, n) for n in THESIS_RULES]
+    key = TRIED.state * 55 + DROP
+    assert all(key not in rule.keys for rule in rules)
+    pairs = {rule.name: rule.keys.size for rule in rules}
+    assert pairs["place"] == pairs["columns"] == 8  # the other columns
+    assert pairs["cube"] == 9 * 23
+    assert pairs["quarter turns"] == 23
+    assert pairs["upper layer"] == 0  # no translation was tried
+
+
+def test_pairs_are_drawn_by_the_seed_and_evenly_over_the_kinds(rules):
+    cube = next(rule for rule in rules if rule.name == "cube")
+    drawn = draw_rule_pairs(cube, 20, np.random.default_rng(0))
+    assert len(set(drawn)) == 20
+    assert drawn == draw_rule_pairs(cube, 20, np.random.default_rng(0))
+    grasp = State(8, 2, None).index * 55 + Action(Kind.GRASP, 10).index
+    mixed = cube._replace(keys=np.append(cube.keys, grasp))
+    kinds = {
+        Action.from_index(p.action).kind
+        for p in draw_rule_pairs(mixed, 2, np.random.default_rng(0))
+    }
+    assert kinds == {Kind.GRASP, Kind.DROP}
+
+
+def test_what_came_about_is_held_against_the_rule(rules, tmp_path):
+    cube = next(rule for rule in rules if rule.name == "cube")
+    kept, fell = draw_rule_pairs(cube, 2, np.random.default_rng(0))
+
+    def trial(pair, next_state):
+        return pair, 0, replace(LEVEL, next_state=next_state)
+
+    orientation = State.from_index(kept.state).orientation
+    cell = State.from_index(kept.state).position
+    trials = [
+        trial(kept, State(cell - cell % 2, orientation, None).index),
+        trial(fell, State(0, (State.from_index(fell.state).orientation + 9) % 48, None).index),
+        trial(TRIED, 0),  # no pair of the rule
+    ]
+    (row,) = judge([cube], [[kept, fell]], trials)
+    assert (row["source"], row["rule"], row["trials"]) == (EXACT, "cube", 2)
+    assert row["by_action"]["drop"]["most_likely"][0] == 0.5
+    assert row["by_action"]["drop"]["expected"] == 1.0
+    (perfect,) = judge([cube], [[kept]], trials)
+    plot_rules([row, perfect], tmp_path / "r.png")
+    assert (tmp_path / "r.png").stat().st_size > 5_000

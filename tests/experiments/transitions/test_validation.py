@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+
+from diagrams.trials.record import Outcome, Pair, TrialRecord
+from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.transitions.validation import draw_pairs, scores
+from irl.task import Transitions
+from irl.task_data import load_task
+from models.task.spaces import N_ACTIONS, Action, Kind, State, decode_actions
+
+HELD = State(8, 0, 10).index
+DROP, UP = Action(Kind.DROP).index, Action(Kind.TRANSLATE, 9).index
+
+
+def model(*entries):
+    """(state, action, next state, probability, evidence), all else made up."""
+    state, action, next_state, probability, evidence = zip(*entries, strict=True)
+    return Transitions(
+        *(np.array(column, dtype=np.int32) for column in (state, action, next_state)),
+        np.array(probability),
+        np.ones(len(entries), dtype=np.int64),
+        np.array(evidence, dtype=np.uint8),
+    )
+
+
+MODEL = model(
+    (HELD, UP, 1000, 1.0, 1),
+    (HELD, DROP, 3, 0.48, 1),
+    (HELD, DROP, 4, 0.48, 1),
+    (HELD, DROP, 5, 0.04, 1),
+    (HELD + 1, UP, 1001, 1.0, 1),
+)
+
+
+def trial(action, next_state, state=HELD, outcome=Outcome.FREE):
+    return Pair(state, action), 0, TrialRecord(outcome, next_state=next_state, fault="x")
+
+
+def test_what_came_about_is_held_against_what_was_foretold():
+    observed = [trial(UP, 1000), *(trial(DROP, s) for s in (3, 4, 5, 6))]
+    result = scores(MODEL, [*observed, trial(UP, 7, outcome=Outcome.FAULT)])
+    assert result["trials"] == 5
+    assert result["faults"] == [{"state": HELD, "action": UP, "fault": "x"}]
+    drop = result["by_action"]["drop"]
+    # Of two equally likely states one is foretold; 4 % is no probability to reckon with.
+    assert drop["most_likely"][0] == 0.25
+    assert drop["probable"][0] == 0.5
+    assert drop["most_likely"][1] < 0.25 < drop["most_likely"][2]
+    # Two of three pairs are translations.
+    assert result["most_likely"] == pytest.approx((2 * 1.0 + 0.25) / 3)
+
+
+def test_pairs_are_drawn_evenly_by_kind_and_never_one_that_was_measured():
+    task = load_task(SHIPPED_TASK)
+    drawn = draw_pairs(task.transitions, 40, np.random.default_rng(0))
+    assert len(set(drawn)) == 40
+    assert [int(decode_actions(pair.action).kind) for pair in drawn[:4]] == [0, 1, 2, 3]
+    assert all(task.model.pair_index(pair.state, pair.action) >= 0 for pair in drawn)
+    t = task.transitions
+    measured = set((t.state.astype(int) * N_ACTIONS + t.action)[t.evidence == 0].tolist())
+    assert not {pair.state * N_ACTIONS + pair.action for pair in drawn} & measured
+    assert drawn == draw_pairs(t, 40, np.random.default_rng(0))

@@ -17,6 +17,7 @@ import numpy as np
 from irl.choices import check_range
 from irl.errors import InputError
 from irl.files import atomic_path
+from irl.identity import require_same_work
 from irl.tensor_file import from_bytes, to_bytes
 
 SCHEMA_VERSION = 1
@@ -118,18 +119,7 @@ def load(path: Path, identity: Mapping[str, Any]) -> tuple[dict[str, np.ndarray]
     if digest != _digest(content, arrays):
         raise InputError(f"{path}: damaged, its content does not match its digest; delete it")
     found = json.loads(content)
-    # Through JSON, so that tuples equal the lists they were saved as.
-    wanted = json.loads(json.dumps(identity))
-    differing = [
-        f"{name} ({_brief(found['identity'].get(name))} there, {_brief(wanted.get(name))} here)"
-        for name in sorted(found["identity"].keys() | wanted.keys())
-        if found["identity"].get(name) != wanted.get(name)
-    ]
-    if differing:
-        raise InputError(
-            f"{path}: a checkpoint of other work, differing in {', '.join(differing)}; "
-            "delete it or name another file"
-        )
+    require_same_work(path, found["identity"], identity)
     return arrays, found["state"]
 
 
@@ -137,9 +127,3 @@ def _digest(content: str, arrays: Mapping[str, np.ndarray]) -> str:
     names = sorted(arrays)
     text = "\n".join([content, *(f"{name} {fingerprint(arrays[name])}" for name in names)])
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _brief(value: Any) -> str:
-    """A value as a message shows it: long ones, such as hashes, by their beginning."""
-    text = json.dumps(value)
-    return text if len(text) <= 40 else f"{text[:13]}…"

@@ -14,8 +14,9 @@ FORBIDDEN = {
     "models": {"irl", "diagrams", "experiments"},
     "diagrams": {"experiments"},
 }
-# What of learning a diagram may know: the policy it plays, and how to report a bad one.
-DIAGRAMS_KNOW = {"irl.policy", "irl.errors"}
+# What of learning a diagram may know: the policy it plays, how to report a bad one, and how to
+# refuse what other work kept.
+DIAGRAMS_KNOW = {"irl.policy", "irl.errors", "irl.identity"}
 FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 
 

@@ -1,4 +1,8 @@
-"""State–action pairs as a boolean table: which make sense, and a check of those handed in."""
+"""State–action pairs: as one integer each, and as a boolean table of those that make sense.
+
+A pair's *key* is ``state · N_ACTIONS + action``; keys sort as pairs do. `irl.pairs` has the same
+for any task: neither package may import the other.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +15,17 @@ from models.task.spaces import (
     decode_actions,
     decode_states,
 )
+
+
+def pair_key(state: ArrayLike, action: ArrayLike) -> NDArray[np.int64]:
+    """Key of each pair, int64; shapes broadcast."""
+    return np.asarray(state, dtype=np.int64) * N_ACTIONS + np.asarray(action, dtype=np.int64)
+
+
+def split_key(key: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """State and action of each key, int64."""
+    state, action = np.divmod(np.asarray(key, dtype=np.int64), N_ACTIONS)
+    return state, action
 
 
 def nominal_pairs() -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
 from experiments.grasping.playing import play_episodes, summary
 from experiments.grasping.plots import plot_learning, plot_policy
-from experiments.grasping.teacher import Teacher, TeacherConfig
+from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from experiments.simulate import check_max_actions, draw_starts
@@ -33,7 +33,7 @@ class Config:
     task: Path = SHIPPED_TASK
     """Folder of the task data."""
     teacher: TeacherConfig = field(default_factory=TeacherConfig)
-    """The simulated demonstrator and expert; the learner never sees their reward or goal."""
+    """Demonstrator and expert; the learner never sees the simulated ones' reward or goal."""
     learning: LearningConfig = field(default_factory=LearningConfig)
     """Algorithm 4.1's choices."""
     starts: int = 3
@@ -55,7 +55,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     planner = load_planner()
     starts = draw_starts(task, config.starts, config.seed, at_least=0)
     check_max_actions(config.max_actions)
-    teacher = Teacher(task, config.teacher)
+    teacher = GraspTeacher(task, config.teacher)
     rng = np.random.default_rng(config.seed)
 
     learnt = learn(task, teacher, config.learning, rng, output.folder)
@@ -69,11 +69,11 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     )
     with output.file("policy.safetensors") as path:
         save_policy(policy, path)
-    assessment = assess(task, teacher, policy, learnt.result.demonstrations, rng)
+    assessment = assess(task, teacher.oracle, policy, learnt.result.demonstrations, rng)
     with output.file("learning.png") as path:
         plot_learning(learnt, assessment, path)
     with output.file("policy.png") as path:
-        plot_policy(task, policy, teacher, path)
+        plot_policy(task, policy, teacher.oracle, path)
     learnt_s = perf_counter() - started
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "episodes": []}

@@ -1,12 +1,21 @@
 """Active advice inverse reinforcement learning on sparse transition models.
 
 Knows nothing of robots: transition models and demonstrations in, policies out. Needs torch, numpy
-and scipy.
+and scipy. What a user needs is here, loaded when first used:
+
+==============================  ====================================================================
+`TaskData`, `load_task`, …      a task as a folder of plain files, or made in Python
+`LearningProblem`               what is known before anyone demonstrates
+`Demonstrations`                labelled pairs of state and action
+`Teacher`                       who answers questions: a demonstrator, an expert
+`active_fa_mlirl`               thesis Algorithm 4.1: learn, ask for what is least certain, learn
+`learn`, `METHODS`              that method without questions, and every other, called alike
+`Policy`, `save_policy`, …      what comes of it
+`success_mdp`                   how good it is
+==============================  ====================================================================
 
 >>> import numpy as np
->>> from irl.demonstrations import Demonstrations
->>> from irl.mdp import TransitionModel
->>> from irl.methods import learn
+>>> from irl import Demonstrations, TransitionModel, learn
 >>> room = np.arange(6)  # a corridor: action 0 goes left, 1 goes right, 2 stays
 >>> state = np.r_[room[1:], room[:-1], room]
 >>> action = np.repeat([0, 1, 2], [5, 5, 6])
@@ -17,3 +26,86 @@ and scipy.
 >>> learnt.q.argmax(axis=1)  # rooms 4 and 5 were never shown
 array([1, 1, 1, 2, 0, 0])
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from irl.active import ActiveConfig, active_fa_mlirl
+    from irl.advice import Advice
+    from irl.demonstrations import Demonstrations
+    from irl.demonstrators import (
+        ClusterAdvice,
+        OracleDemonstrator,
+        OracleExpert,
+        RecordedDemonstrator,
+    )
+    from irl.errors import InputError
+    from irl.mdp import TransitionModel
+    from irl.methods import METHODS, learn
+    from irl.metrics import success_mdp
+    from irl.policy import Policy, load_policy, save_policy
+    from irl.problem import LearningProblem
+    from irl.task_data import TaskData, Transitions, load_task, save_task
+    from irl.teacher import Teacher
+    from irl.training import TrainingConfig
+
+__version__ = "0.1.0"
+__all__ = [
+    "METHODS",
+    "ActiveConfig",
+    "Advice",
+    "ClusterAdvice",
+    "Demonstrations",
+    "InputError",
+    "LearningProblem",
+    "OracleDemonstrator",
+    "OracleExpert",
+    "Policy",
+    "RecordedDemonstrator",
+    "TaskData",
+    "Teacher",
+    "TrainingConfig",
+    "TransitionModel",
+    "Transitions",
+    "active_fa_mlirl",
+    "learn",
+    "load_policy",
+    "load_task",
+    "save_policy",
+    "save_task",
+    "success_mdp",
+]
+
+_HOMES = {
+    "active": ("ActiveConfig", "active_fa_mlirl"),
+    "advice": ("Advice",),
+    "demonstrations": ("Demonstrations",),
+    "demonstrators": (
+        *("ClusterAdvice", "OracleDemonstrator", "OracleExpert", "RecordedDemonstrator"),
+    ),
+    "errors": ("InputError",),
+    "mdp": ("TransitionModel",),
+    "methods": ("METHODS", "learn"),
+    "metrics": ("success_mdp",),
+    "policy": ("Policy", "load_policy", "save_policy"),
+    "problem": ("LearningProblem",),
+    "task_data": ("TaskData", "Transitions", "load_task", "save_task"),
+    "teacher": ("Teacher",),
+    "training": ("TrainingConfig",),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name of `__all__` from its module, at its first use."""
+    if name not in _HOME_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Every name there is, loaded or not."""
+    return sorted({*globals(), *__all__})

@@ -1,22 +1,22 @@
 """Active FA-MLIRL, thesis Algorithm 4.1: learn, ask for what is least certain, learn again."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from irl.active_state import ActiveState, QueryRecord, identity
+from irl.active_state import ActiveFiles, ActiveState, QueryRecord, identity
 from irl.advice import AVOID_MODES, Advice
 from irl.choices import check_choice, check_range
 from irl.clusters import with_intersections
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import Demonstrator, Expert
+from irl.demonstrators import Expert
 from irl.errors import InputError
-from irl.function_approx import Learner, Surroundings
-from irl.mdp import TransitionModel
+from irl.function_approx import Learner
 from irl.preferences import StatePreferences
+from irl.problem import LearningProblem
 from irl.queries import (
     CLUSTER_STRATEGIES,
     COMMITTEE_STRATEGIES,
@@ -26,6 +26,7 @@ from irl.queries import (
     select_cluster,
     select_states,
 )
+from irl.teacher import Teacher
 from irl.training import TrainingConfig
 from irl.vr_function import VRFunction, torch_generator
 
@@ -132,22 +133,13 @@ class Result:
 
 
 def active_fa_mlirl(
-    *,
-    model: TransitionModel,
-    features: np.ndarray,
-    gamma: float,
-    fixed_vr: Mapping[int, float],
+    problem: LearningProblem,
     demonstrations: Demonstrations,
-    demonstrator: Demonstrator,
-    expert: Expert | None,
-    clusters: Mapping[str, np.ndarray],
-    preferences: StatePreferences,
-    generalise: Callable[[Demonstrations], Demonstrations],
-    config: ActiveConfig,
+    teacher: Teacher,
+    config: ActiveConfig | None = None,
+    *,
     rng: np.random.Generator,
     callback: Callable[[Progress], None] | None = None,
-    candidates: np.ndarray | None = None,
-    start_states: np.ndarray | None = None,
     checkpoint: Path | None = None,
 ) -> Result:
     """Run Algorithm 4.1 from the initial demonstrations to the final action values.
@@ -158,32 +150,29 @@ def active_fa_mlirl(
     no state is left to ask about or ``config.max_demonstrated`` is reached.
 
     Args:
-        model: the transition model P.
-        features: ``[n_states, n_features]``, the network's input.
-        gamma: discount factor, used by the Bellman penalty alone.
-        fixed_vr: state → VR value known beforehand, such as −1 for a lost object.
+        problem: what is known beforehand, with features; its discount factor is used by the
+            Bellman penalty alone.
         demonstrations: D₀, of which one label a state is used.
-        demonstrator: answers state queries with trajectories.
-        expert: answers cluster queries; None switches advice off.
-        clusters: name → state indices.
-        preferences: preferred and avoided states.
-        generalise: from a trajectory to itself and what follows from it.
-        config: every choice.
+        teacher: answers questions; without an expert there is no advice.
+        config: every choice; the thesis' by default.
         rng: the only source of chance, the network's initialisation included.
         callback: told of every iteration and every learnt policy.
-        candidates: state indices that queries stay within; all if absent.
-        start_states: where episodes begin; every state with a feasible action if absent.
-        checkpoint: a file to save the state of affairs to after each training. If it exists,
-            the run goes on from there, to the same bits as without interruption; earlier
-            progress is not told again.
+        checkpoint: a file to save the state of affairs to after each training, with files of the
+            same name and a suffix while a training goes on. If it exists, the run goes on from
+            there, to the same bits as without interruption; earlier progress is not told again.
 
     Raises:
-        InputError: if a demonstration or an answer is invalid, D₀ labels more states than
-            ``config.max_demonstrated``, or the checkpoint is damaged or comes from a run with
-            other settings or data.
-        OSError: if the checkpoint cannot be written.
+        InputError: if the problem has no features, a demonstration or an answer is invalid, D₀
+            labels more states than ``config.max_demonstrated``, or a checkpoint is damaged or
+            comes from a run with other settings or data.
+        OSError: if a checkpoint cannot be written.
     """
-    features = np.asarray(features, dtype=np.float32)
+    config = config or ActiveConfig()
+    problem = replace(problem, features=problem.required_features(np.float32))
+    if not config.state_preferences:
+        problem = replace(problem, preferences=StatePreferences())
+    if not config.action_advice or config.cluster_query == "none":
+        teacher = replace(teacher, expert=None)
     labels = demonstrations.resolved()
     most = config.max_demonstrated
     if most is not None and labels.n_states_demonstrated > most:
@@ -191,123 +180,145 @@ def active_fa_mlirl(
             f"max_demonstrated: {most} is below the {labels.n_states_demonstrated} states that the "
             "initial demonstrations label"
         )
-    if start_states is None:
-        start_states = np.flatnonzero(np.diff(model.first_pair))
-    if not config.state_preferences:
-        preferences = StatePreferences()
-    if not config.action_advice or config.cluster_query == "none":
-        expert = None
-    surroundings = Surroundings(model, features, gamma, fixed_vr)
-    carry_beta = config.initial.learn_beta or config.refine.learn_beta
-    committee = None
-    if COMMITTEE_STRATEGIES & {config.state_query, config.cluster_query if expert else "none"}:
-        # Its own stream: the main network learns the same whether there is a committee or not.
-        own_rng = rng.spawn(1)[0]
-        committee = Committee(
-            surroundings,
-            config.committee,
-            config.hidden,
-            own_rng,
-            config.initial.beta,
-            carry_beta,
-        )
-    state = ActiveState(
-        learner=Learner(
-            surroundings,
-            VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng)),
-            config.initial.beta,
-            carry_beta,
-        ),
-        committee=committee,
-        labels=labels,
-        advice=Advice.none(model.n_states, model.n_actions),
-        clusters=with_intersections(
-            clusters, config.cluster_intersections, config.smallest_intersection
-        ),
-        rng=rng,
-    )
-    run = identity(
-        state,
-        config,
-        {
-            "candidates": candidates,
-            "start_states": start_states,
-            "preferred": preferences.preferred,
-            "avoided": preferences.avoided,
-        },
-    )
-
-    def update_q(f: np.ndarray) -> np.ndarray:
-        return state.advice.apply(model.q_values(preferences.apply(f)), model.mask, config.avoid)
-
-    def function_approx(training: TrainingConfig, query: int) -> np.ndarray:
-        tell = callback or (lambda progress: None)
-        labels, n = state.labels, training.iterations
-        fit = state.learner.fit(
-            labels, training, rng, lambda done, value: tell(Progress(query, done, n, value, labels))
-        )
-        done = fit.log_likelihood.size
-        last = float(fit.log_likelihood[-1]) if done else float("nan")
-        q = update_q(state.learner.values())
-        tell(Progress(query, done, n, last, labels, q))
-        return q
-
-    if checkpoint is not None and checkpoint.exists():
-        state.restore(checkpoint, run)
-        q = update_q(state.learner.values())
-    else:
-        q = function_approx(config.initial, query=0)
-        if checkpoint is not None:
-            state.save(checkpoint, run)
-
+    state = _begin(problem, labels, teacher, config, rng)
+    files = ActiveFiles(checkpoint, identity(state, problem, config))
+    run = _Run(problem, teacher, config, state, callback, files)
+    q = run.first_training()
     while (left := config.budget - len(state.history)) > 0 and not state.is_full(most):
-        committee_q = None
-        if committee is not None:
-            committee.fit(state.labels, config.refine if state.history else config.initial)
-            committee_q = np.stack([update_q(f) for f in committee.values()])
-        known = np.r_[state.labels.state, np.array(state.asked, dtype=np.int64)]
-        context = QueryContext(
-            model=model,
-            q=q,
-            features=features,
-            demonstrated=state.labels.state,
-            candidates=candidate_states(model, known, candidates),
-            beta=config.query_beta,
-            start_states=start_states,
-            rng=rng,
-            committee_q=committee_q,
-        )
-        answered: list[tuple[int, str | None, int]] = []
-        for query in select_states(config.state_query, context, min(config.batch, left)).tolist():
-            if state.is_full(most):
-                break
-            state.asked.append(query)
-            shown = Demonstrations.from_pairs(
-                demonstrator.trajectory(query, rng),
-                trajectory=int(state.labels.trajectory.max()) + 1,
-            )
-            state.learn_of(generalise(shown), most)
-            cluster = None
-            if expert is not None:
-                cluster = _consult(expert, config.cluster_query, context, state)
-            answered.append((query, cluster, state.labels.n_states_demonstrated))
+        context = run.look_around(q)
+        answered = run.ask(context, min(config.batch, left))
         if not answered:
             break
-        q = function_approx(config.refine, query=len(state.history) + len(answered))
+        q = run.train(config.refine, query=len(state.history) + len(answered))
         state.history += [QueryRecord(*answer, beta=state.learner.beta) for answer in answered]
-        if checkpoint is not None:
-            state.save(checkpoint, run)
-
-    learner = state.learner
+        run.files.save(state)
     return Result(
         q=q,
-        f=preferences.apply(learner.values()),
-        beta=learner.beta,
-        network=learner.network,
+        f=problem.preferences.apply(state.learner.values()),
+        beta=state.learner.beta,
+        network=state.learner.network,
         demonstrations=state.labels,
         advice=state.advice,
         history=state.history,
     )
+
+
+def _begin(
+    problem: LearningProblem,
+    labels: Demonstrations,
+    teacher: Teacher,
+    config: ActiveConfig,
+    rng: np.random.Generator,
+) -> ActiveState:
+    """The state of affairs before any training."""
+    start = config.initial.beta, config.initial.learn_beta or config.refine.learn_beta
+    committee = None
+    strategies = {config.state_query} | (
+        {config.cluster_query} if teacher.expert is not None else set()
+    )
+    if COMMITTEE_STRATEGIES & strategies:
+        # Its own stream: the main network learns the same whether there is a committee or not.
+        own_rng = rng.spawn(1)[0]
+        committee = Committee(problem, config.committee, config.hidden, own_rng, *start)
+    n_features = problem.required_features().shape[1]
+    network = VRFunction(n_features, config.hidden, generator=torch_generator(rng))
+    return ActiveState(
+        learner=Learner(problem, network, *start),
+        committee=committee,
+        labels=labels,
+        advice=Advice.none(problem.model.n_states, problem.model.n_actions),
+        clusters=with_intersections(
+            problem.clusters, config.cluster_intersections, config.smallest_intersection
+        ),
+        rng=rng,
+    )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One run of Algorithm 4.1: what stays, and the state that changes from round to round."""
+
+    problem: LearningProblem
+    teacher: Teacher
+    config: ActiveConfig
+    state: ActiveState
+    callback: Callable[[Progress], None] | None
+    files: ActiveFiles
+
+    def first_training(self) -> np.ndarray:
+        """Learn from D₀, or take up what an interrupted run saved; the action values."""
+        if self.files.restore(self.state):
+            return self._update_q(self.state.learner.values())
+        q = self.train(self.config.initial, query=0)
+        self.files.save(self.state)
+        return q
+
+    def train(self, training: TrainingConfig, query: int) -> np.ndarray:
+        """FunctionApprox and UpdateQ: fit the network to all labels; the action values."""
+        state, n = self.state, training.iterations
+        labels, tell = state.labels, self.callback or (lambda progress: None)
+        fit = state.learner.fit(
+            labels,
+            training,
+            state.rng,
+            lambda done, value: tell(Progress(query, done, n, value, labels)),
+            self.files.training(query),
+        )
+        done = fit.log_likelihood.size
+        last = float(fit.log_likelihood[-1]) if done else float("nan")
+        q = self._update_q(state.learner.values())
+        tell(Progress(query, done, n, last, labels, q))
+        return q
+
+    def look_around(self, q: np.ndarray) -> QueryContext:
+        """What the next questions are chosen by, ``q`` being the present action values."""
+        problem, config, state = self.problem, self.config, self.state
+        committee_q = None
+        if state.committee is not None:
+            query = len(state.history)
+            training = config.refine if query else config.initial
+            checkpoints = [self.files.training(query, k) for k in range(config.committee)]
+            state.committee.fit(state.labels, training, checkpoints)
+            committee_q = np.stack([self._update_q(f) for f in state.committee.values()])
+        known = np.r_[state.labels.state, np.array(state.asked, dtype=np.int64)]
+        return QueryContext(
+            model=problem.model,
+            q=q,
+            features=problem.required_features(np.float32),
+            demonstrated=state.labels.state,
+            candidates=candidate_states(problem.model, known, problem.candidates),
+            beta=config.query_beta,
+            start_states=problem.start_states,
+            rng=state.rng,
+            committee_q=committee_q,
+        )
+
+    def ask(self, context: QueryContext, number: int) -> list[tuple[int, str | None, int]]:
+        """Ask about ``number`` states at most, and as many clusters; learn of the answers.
+
+        Returns:
+            For each question the state, the cluster advised, and the labelled states thereafter.
+        """
+        config, state, most = self.config, self.state, self.config.max_demonstrated
+        answered: list[tuple[int, str | None, int]] = []
+        for query in select_states(config.state_query, context, number).tolist():
+            if state.is_full(most):
+                break
+            state.asked.append(query)
+            shown = Demonstrations.from_pairs(
+                self.teacher.demonstrator.trajectory(query, state.rng),
+                trajectory=int(state.labels.trajectory.max()) + 1,
+            )
+            state.learn_of(self.teacher.generalise(shown), most)
+            cluster = None
+            if self.teacher.expert is not None:
+                cluster = _consult(self.teacher.expert, config.cluster_query, context, state)
+            answered.append((query, cluster, state.labels.n_states_demonstrated))
+        return answered
+
+    def _update_q(self, f: np.ndarray) -> np.ndarray:
+        q = self.problem.model.q_values(self.problem.preferences.apply(f))
+        return self.state.advice.apply(q, self.problem.model.mask, self.config.avoid)
 
 
 def _consult(

@@ -14,6 +14,12 @@ from irl.clusters import intersection
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
 from irl.function_approx import Learner
+from irl.problem import LearningProblem
+
+TRAINING = ".training-"
+"""What stands between the name of a run's file and that of a training."""
+EVERY = 250
+"""Iterations from one saving of a training to the next."""
 
 
 @dataclass(frozen=True)
@@ -135,30 +141,32 @@ class ActiveState:
         self.history = [QueryRecord(*record) for record in state["history"]]
 
 
-def identity(
-    state: ActiveState, config: Any, index_sets: Mapping[str, np.ndarray | None]
-) -> dict[str, Any]:
+def identity(state: ActiveState, problem: LearningProblem, config: Any) -> dict[str, Any]:
     """What tells one run of Algorithm 4.1 from others, for a fresh ``state``.
 
     Args:
         state: before any training.
+        problem: the run's learning problem.
         config: the run's dataclass of settings.
-        index_sets: states by what they are for; None where all are meant.
 
     Returns:
-        Settings by name, and hashes of all inputs that are data. Demonstrator, expert and
-        generalisation are not among them.
+        Settings by name, and hashes of all inputs that are data. The teacher is not among them.
     """
-    at, labels = state.learner.surroundings, state.labels
-    P = at.model.P
+    P, labels = problem.model.P, state.labels
+    index_sets = {
+        "candidates": problem.candidates,
+        "start_states": problem.start_states,
+        "preferred": problem.preferences.preferred,
+        "avoided": problem.preferences.avoided,
+    }
     return {
         **asdict(config),
         "model": checkpoint.fingerprint(
-            at.model.pair_state, at.model.pair_action, P.data, P.indices, P.indptr
+            problem.model.pair_state, problem.model.pair_action, P.data, P.indices, P.indptr
         ),
-        "features": checkpoint.fingerprint(at.features),
-        "gamma": at.gamma,
-        "fixed_vr": sorted((int(s), float(v)) for s, v in at.fixed_vr.items()),
+        "features": checkpoint.fingerprint(problem.required_features(np.float32)),
+        "gamma": problem.gamma,
+        "fixed_vr": sorted((int(s), float(v)) for s, v in problem.fixed_vr.items()),
         "demonstrations": checkpoint.fingerprint(
             *(getattr(labels, column.name) for column in fields(labels))
         ),
@@ -172,3 +180,58 @@ def identity(
         },
         "rng": checkpoint.rng_state(state.rng),
     }
+
+
+@dataclass(frozen=True)
+class ActiveFiles:
+    """Where a run keeps what it knows: after each training in one file, and during the first ones.
+
+    The first trainings are the long ones, of the main network and of the committee's members. Each
+    has a file beside the run's own until the run's own holds what came of it. Later ones are short,
+    and come after answers that a person, asked again, may not repeat.
+
+    Attributes:
+        path: the run's file; nothing is kept if None.
+        identity: which run this is, see ``identity``.
+    """
+
+    path: Path | None
+    identity: Mapping[str, Any]
+
+    def restore(self, state: ActiveState) -> bool:
+        """Let ``state`` become what was saved, if anything was; whether it did.
+
+        Raises:
+            InputError: if the file is damaged, or of another run.
+        """
+        if self.path is None or not self.path.exists():
+            return False
+        state.restore(self.path, self.identity)
+        return True
+
+    def save(self, state: ActiveState) -> None:
+        """Save ``state``, and drop the files of the trainings that led to it.
+
+        Raises:
+            OSError: if a file cannot be written.
+        """
+        if self.path is not None:
+            state.save(self.path, self.identity)
+            for path in training_files(self.path):
+                path.unlink()
+
+    def training(self, query: int, member: int | None = None) -> checkpoint.Checkpoint | None:
+        """Where a training saves itself: the one after ``query`` answers, of a committee's member.
+
+        Returns:
+            None if it does not, as any but the first.
+        """
+        if self.path is None or query > 0:
+            return None
+        name = "main" if member is None else f"member{member}"
+        return checkpoint.Checkpoint(Path(f"{self.path}{TRAINING}{name}"), every=EVERY)
+
+
+def training_files(path: Path) -> list[Path]:
+    """Files that trainings of the run with the file ``path`` have left, of a killed one perhaps."""
+    return [p for p in path.parent.iterdir() if p.name.startswith(path.name + TRAINING)]

@@ -1,13 +1,13 @@
 """Collecting demonstrations: a set to learn from, and one to be judged by (§5.10, §6.3)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 
-from irl.demonstrations import Demonstrations, generalise
+from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
 from irl.errors import InputError
-from irl.generalisation import Generalisation
+from irl.teacher import Teacher
 
 # Collecting gives up after this many trajectories in a row that brought nothing new.
 _PATIENCE = 1000
@@ -39,11 +39,9 @@ def _collect(
 
 
 def initial_demonstrations(
-    demonstrator: Demonstrator,
+    teacher: Teacher,
     starts: np.ndarray,
     count: int,
-    generalisation: Generalisation,
-    rules: Iterable[str] | None,
     rng: np.random.Generator,
     max_steps: int = 50,
 ) -> Demonstrations:
@@ -53,27 +51,16 @@ def initial_demonstrations(
     pairs first.
 
     Args:
-        demonstrator: who demonstrates.
+        teacher: who demonstrates, and what follows from it.
         starts: indices of the states a trajectory may start in.
         count: number of distinct states wanted.
-        generalisation: groups of feasible pairs.
-        rules: names of the rules to apply; all if ``None``.
         rng: draws the starts, and the demonstrator's choices.
         max_steps: length at which a trajectory is broken off.
 
     Raises:
-        InputError: if a rule is unknown, or trajectories stop bringing new states before
-            ``count`` is reached.
+        InputError: if trajectories stop bringing new states before ``count`` is reached.
     """
-    names = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules)]
-    gathered = _collect(
-        demonstrator,
-        starts,
-        count,
-        lambda new: generalise(new, generalisation, names),
-        rng,
-        max_steps,
-    )
+    gathered = _collect(teacher.demonstrator, starts, count, teacher.generalise, rng, max_steps)
     # Demonstrated pairs sort before generalised ones, and older before newer.
     keep = np.argsort(gathered.generalised, kind="stable")[:count]
     return gathered.select(np.sort(keep))

@@ -10,8 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from irl.checkpoint import Checkpoint
 from irl.demonstrations import Demonstrations
-from irl.function_approx import Learner, Surroundings
+from irl.function_approx import Learner
+from irl.problem import LearningProblem
 from irl.training import TrainingConfig
 from irl.vr_function import VRFunction, torch_generator
 
@@ -27,7 +29,7 @@ class Committee:
 
     def __init__(
         self,
-        surroundings: Surroundings,
+        problem: LearningProblem,
         size: int,
         hidden: Sequence[int],
         rng: np.random.Generator,
@@ -36,10 +38,10 @@ class Committee:
     ) -> None:
         """Draw ``size`` members with hidden layers of the given widths; the rest as ``Learner``."""
         self.rng = rng
-        n_states, n_features = surroundings.features.shape
+        n_states, n_features = problem.required_features().shape
         self.members = [
             Learner(
-                surroundings,
+                problem,
                 VRFunction(n_features, hidden, generator=torch_generator(rng)),
                 beta,
                 carry_beta,
@@ -48,14 +50,25 @@ class Committee:
             for _ in range(size)
         ]
 
-    def fit(self, labels: Demonstrations, config: TrainingConfig) -> None:
+    def fit(
+        self,
+        labels: Demonstrations,
+        config: TrainingConfig,
+        checkpoints: Sequence[Checkpoint | None] | None = None,
+    ) -> None:
         """Train every member on its resample of ``labels``.
+
+        Args:
+            labels: all labels.
+            config: how to train.
+            checkpoints: one a member; none of them if absent.
 
         Raises:
             InputError: as ``Learner.fit``.
         """
-        for member in self.members:
-            member.fit(labels, config, self.rng)
+        each = checkpoints or [None] * len(self.members)
+        for member, checkpoint in zip(self.members, each, strict=True):
+            member.fit(labels, config, self.rng, checkpoint=checkpoint)
 
     def values(self) -> np.ndarray:
         """Each member's f, float64 ``[n_members, n_states]``."""

@@ -1,33 +1,20 @@
-"""FunctionApprox of thesis Algorithm 4.1: a VR network that is fitted again as labels come in."""
+"""A learner: a VR network that is fitted again, and again, as labels come in (Algorithm 4.1).
 
-from collections.abc import Callable, Mapping
+`irl.training` does one fit; here is what stays from one fit to the next.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from irl.bellman import BellmanTerm
+from irl.checkpoint import Checkpoint
 from irl.demonstrations import Demonstrations
 from irl.likelihood import LikelihoodProblem
-from irl.mdp import TransitionModel
+from irl.problem import LearningProblem
 from irl.training import Training, TrainingConfig, train
 from irl.vr_function import VRFunction, pin
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What all learners of one task share.
-
-    Attributes:
-        model: the transition model.
-        features: float32 ``[n_states, n_features]``, the networks' input.
-        gamma: discount factor, used by the Bellman penalty alone.
-        fixed_vr: state → VR value known beforehand.
-    """
-
-    model: TransitionModel
-    features: np.ndarray
-    gamma: float
-    fixed_vr: Mapping[int, float]
 
 
 @dataclass
@@ -35,14 +22,14 @@ class Learner:
     """A network, and where its training stands.
 
     Attributes:
-        surroundings: the task.
+        problem: the learning problem, whose features the network sees.
         network: the VR function, changed in place by ``fit``.
         beta: the inverse temperature that the last training ended with.
         carry_beta: whether a training starts from ``beta`` instead of its own setting.
         weight: float64 ``[n_states]``, how much a state's label counts; all alike if None.
     """
 
-    surroundings: Surroundings
+    problem: LearningProblem
     network: VRFunction
     beta: float = 1.0
     carry_beta: bool = False
@@ -54,13 +41,14 @@ class Learner:
         config: TrainingConfig,
         rng: np.random.Generator,
         report: Callable[[int, float], None] | None = None,
+        checkpoint: Checkpoint | None = None,
     ) -> Training:
         """Train on ``labels`` from the present weights; arguments as ``irl.training.train``.
 
         Raises:
             InputError: if a label is infeasible, or training diverges.
         """
-        at = self.surroundings
+        at = self.problem
         if self.carry_beta:
             config = replace(config, beta=self.beta)
         weight = None if self.weight is None else self.weight[labels.state]
@@ -76,10 +64,12 @@ class Learner:
                 batch=config.bellman_batch,
                 delta=config.bellman_delta,
             )
-        run = train(self.network, problem, at.features, config, rng, report, bellman)
+        x = at.required_features(np.float32)
+        run = train(self.network, problem, x, config, rng, report, bellman, checkpoint)
         self.beta = run.beta
         return run
 
     def values(self) -> np.ndarray:
         """F of all states, float64 ``[n_states]``, the known ones at their values."""
-        return pin(self.network.values(self.surroundings.features), self.surroundings.fixed_vr)
+        x = self.problem.required_features(np.float32)
+        return pin(self.network.values(x), self.problem.fixed_vr)

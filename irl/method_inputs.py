@@ -9,29 +9,34 @@ from irl.advice import Advice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
+from irl.problem import LearningProblem
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
-    """What every method is given; see ``irl.methods.learn``."""
+class Inputs:
+    """What every method is given.
 
-    model: TransitionModel
+    Attributes:
+        problem: what is known before anyone demonstrates.
+        demonstrations: labelled pairs.
+        rng: the only source of chance.
+        advice: preferred and avoided actions, None if there is no advice.
+    """
+
+    problem: LearningProblem
     demonstrations: Demonstrations
-    features: np.ndarray | None
-    gamma: float
     rng: np.random.Generator
     advice: Advice | None = None
 
+    @property
+    def model(self) -> TransitionModel:
+        """The transition model."""
+        return self.problem.model
 
-def required(features: np.ndarray | None) -> np.ndarray:
-    """The features as float64 ``[n_states, d]``, for methods that cannot do without.
-
-    Raises:
-        InputError: if there are none.
-    """
-    if features is None:
-        raise InputError("features: this method learns from features [n_states, d]; give some")
-    return np.asarray(features, dtype=np.float64)
+    @property
+    def gamma(self) -> float:
+        """The discount factor."""
+        return self.problem.gamma
 
 
 def walks(demonstrations: Demonstrations) -> Demonstrations:

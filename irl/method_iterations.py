@@ -19,24 +19,24 @@ from irl.baselines.max_ent import FeatureMatching
 from irl.baselines.mcmc import crank_nicolson
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.likelihood import LikelihoodProblem
-from irl.method_inputs import Task, inverse_temperature, required, walks
+from irl.method_inputs import Inputs, inverse_temperature, walks
 from irl.optimizers import Adam
 from irl.vr_function import VRFunction, torch_generator
 
 HIDDEN = (32, 32)  # widths of the networks' hidden layers
 
 Iteration = Callable[[], None]
-Prepare = Callable[[Task], Iteration]
+Prepare = Callable[[Inputs], Iteration]
 
 
 def planned(maximum: Maximum) -> Prepare:
     """A unit step along the gradient of the planned likelihood, a reward per state."""
 
-    def prepare(task: Task) -> Iteration:
+    def prepare(given: Inputs) -> Iteration:
         likelihood = PlannedLikelihood.build(
-            task.model, task.demonstrations, task.gamma, maximum, beta=1.0
+            given.model, given.demonstrations, given.gamma, maximum, beta=1.0
         )
-        reward = np.zeros(task.model.n_states)
+        reward = np.zeros(given.model.n_states)
 
         def once() -> None:
             reward[:] += likelihood.value_and_gradient(reward)[1]
@@ -46,15 +46,15 @@ def planned(maximum: Maximum) -> Prepare:
     return prepare
 
 
-def fa_mlirl(task: Task) -> Iteration:
+def fa_mlirl(given: Inputs) -> Iteration:
     """A step of Adam on (3.19)."""
-    x = required(task.features)
-    network = VRFunction(x.shape[1], HIDDEN, generator=torch_generator(task.rng))
+    x = given.problem.required_features()
+    network = VRFunction(x.shape[1], HIDDEN, generator=torch_generator(given.rng))
     problem = LikelihoodProblem.build(
-        task.model, task.demonstrations.state, task.demonstrations.action
+        given.model, given.demonstrations.state, given.demonstrations.action
     )
     at, ascent = network.at(x[problem.states]), Adam(network.parameters)
-    beta = inverse_temperature(task.demonstrations)
+    beta = inverse_temperature(given.demonstrations)
 
     def once() -> None:
         _, df, _ = problem.value_and_gradient(at.forward().numpy(), beta)
@@ -63,10 +63,10 @@ def fa_mlirl(task: Task) -> Iteration:
     return once
 
 
-def max_ent(task: Task) -> Iteration:
+def max_ent(given: Inputs) -> Iteration:
     """A step along the difference of visits, a reward per state."""
-    problem = FeatureMatching.build(task.model, walks(task.demonstrations))
-    reward = np.zeros(task.model.n_states)
+    problem = FeatureMatching.build(given.model, walks(given.demonstrations))
+    reward = np.zeros(given.model.n_states)
 
     def once() -> None:
         reward[:] += 0.1 * problem.value_and_surplus(reward)[1]
@@ -74,15 +74,15 @@ def max_ent(task: Task) -> Iteration:
     return once
 
 
-def deep_max_ent(task: Task) -> Iteration:
+def deep_max_ent(given: Inputs) -> Iteration:
     """A step of Adam on the reward network."""
     problem = RewardNetwork.build(
-        task.model,
-        walks(task.demonstrations),
-        required(task.features),
+        given.model,
+        walks(given.demonstrations),
+        given.problem.required_features(),
         HIDDEN,
         r_max=10.0,
-        rng=task.rng,
+        rng=given.rng,
     )
     ascent = Adam(problem.network.parameters)
 
@@ -92,21 +92,21 @@ def deep_max_ent(task: Task) -> Iteration:
     return once
 
 
-def birl(task: Task) -> Iteration:
+def birl(given: Inputs) -> Iteration:
     """A proposal of Metropolis–Hastings, a reward per state."""
     sampling = SamplingConfig()
     problem = LikelihoodProblem.build(
-        task.model, task.demonstrations.state, task.demonstrations.action
+        given.model, given.demonstrations.state, given.demonstrations.action
     )
-    planner = Planner(task.model, task.gamma, tolerance=1e-6 / sampling.beta)
+    planner = Planner(given.model, given.gamma, tolerance=1e-6 / sampling.beta)
 
     def log_likelihood(reward: np.ndarray) -> tuple[float, None]:
         f = planner.solve(reward)
         mean, _, _ = problem.value_and_gradient(f[problem.states], sampling.beta)
-        return mean * len(task.demonstrations), None
+        return mean * len(given.demonstrations), None
 
-    start = sampling.prior_scale * task.rng.standard_normal(task.model.n_states)
-    steps = crank_nicolson(log_likelihood, start, sampling.prior_scale, task.rng, burn_in=0)
+    start = sampling.prior_scale * given.rng.standard_normal(given.model.n_states)
+    steps = crank_nicolson(log_likelihood, start, sampling.prior_scale, given.rng, burn_in=0)
 
     def once() -> None:
         next(steps)
@@ -114,16 +114,16 @@ def birl(task: Task) -> Iteration:
     return once
 
 
-def behaviour_cloning(task: Task) -> Iteration:
+def behaviour_cloning(given: Inputs) -> Iteration:
     """A unit step along the gradient of the classifier's likelihood."""
     problem = LikelihoodProblem.build(
-        task.model, task.demonstrations.state, task.demonstrations.action
+        given.model, given.demonstrations.state, given.demonstrations.action
     )
-    phi = sparse.csr_matrix(state_features(task.model, task.features))
-    inputs = sparse.hstack([phi, np.ones((task.model.n_states, 1))], format="csr")
-    weights = np.zeros((inputs.shape[1], task.model.n_actions))
+    phi = sparse.csr_matrix(state_features(given.model, given.problem.features))
+    inputs = sparse.hstack([phi, np.ones((given.model.n_states, 1))], format="csr")
+    weights = np.zeros((inputs.shape[1], given.model.n_actions))
 
     def once() -> None:
-        weights[:] += value_and_gradient(task.model, problem, inputs, weights)[1]
+        weights[:] += value_and_gradient(given.model, problem, inputs, weights)[1]
 
     return once

@@ -1,8 +1,11 @@
 """Every method by its key, called alike: for a new task, one loop tries them all.
 
     for name in METHODS:
-        learnt = learn(name, model, demonstrations, features, gamma=0.95, rng=rng)
-        policy = Policy.from_q(learnt.q, model.mask)
+        learnt = learn(name, LearningProblem.of(task, "rotation"), demonstrations, rng=rng)
+        policy = Policy.from_q(learnt.q, task.model.mask)
+
+A transition model will do in place of a learning problem, with features and a discount factor:
+``learn(name, model, demonstrations, features, gamma=0.95, rng=rng)``.
 
 What the methods make of the same arguments:
 
@@ -25,8 +28,9 @@ planning           a sparse reward per state, soft planning                    u
 Φ of (3.12) is the option ``basis`` if given, one indicator per state on small tasks, and Gaussian
 bumps over the features on large ones. Action values are optimal for the reward learnt, (3.1)–(3.3).
 Advice enters (3.9) as constraints; the other methods take it afterwards, by UpdateQ of Algorithm
-4.1. Methods that compare whole walks see each run of consecutive steps as one, and no generalised
-pairs.
+4.1. VR values known beforehand (``LearningProblem.fixed_vr``) are for fa_mlirl, which alone learns
+VR values; state preferences and clusters are for ``irl.active``. Methods that compare whole walks
+see each run of consecutive steps as one, and no generalised pairs.
 
 The linear programs (3.7) and (3.12) ask for the best action of every state, and demonstrations
 tell some. Their margins range over the demonstrated states, and elsewhere a run is taken to end:
@@ -61,17 +65,17 @@ from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 from irl.method_inputs import (
-    Task,
+    Inputs,
     gaussian_bumps,
     inverse_temperature,
     labelled_policy,
-    required,
     walks,
 )
 from irl.method_iterations import HIDDEN, Iteration, Prepare, planned
 from irl.planning import value_iteration
+from irl.problem import LearningProblem
 from irl.training import TrainingConfig, train
-from irl.vr_function import VRFunction, torch_generator
+from irl.vr_function import VRFunction, pin, torch_generator
 
 Found = tuple[np.ndarray | None, np.ndarray | None]  # q or, if it follows from it, the reward
 
@@ -100,7 +104,7 @@ class Method:
     """A way to learn from demonstrations.
 
     Attributes:
-        fit: from a task and the method's own options to q, or to a reward that q follows from,
+        fit: from what it is given and its own options to q, or to a reward that q follows from,
             and the iterations taken.
         iterate: prepares iterations to be taken one by one; None for a method that has none.
         takes_advice: whether the method uses the advice itself.
@@ -110,36 +114,7 @@ class Method:
     iterate: Prepare | None = None
     takes_advice: bool = False
 
-    def learn(
-        self,
-        model: TransitionModel,
-        demonstrations: Demonstrations,
-        features: np.ndarray | None,
-        *,
-        gamma: float,
-        rng: np.random.Generator,
-        advice: Advice | None = None,
-        **options: Any,
-    ) -> Learnt:
-        """Learn; see the function ``learn``."""
-        task = Task(model, demonstrations, features, gamma, rng, advice)
-        began = time.perf_counter()
-        (q, reward), iterations = self.fit(task, **options)
-        if q is None:
-            assert reward is not None
-            _, q = value_iteration(model, reward, gamma)
-        if advice is not None and not self.takes_advice:
-            q = advice.apply(q, model.mask)
-        return Learnt(q, reward, time.perf_counter() - began, iterations)
-
-    def step(
-        self,
-        model: TransitionModel,
-        demonstrations: Demonstrations,
-        features: np.ndarray | None,
-        gamma: float,
-        rng: np.random.Generator,
-    ) -> Iteration:
+    def step(self, given: Inputs) -> Iteration:
         """Prepare one iteration: an evaluation of the objective, its gradient and a step along it.
 
         To time it, call the result a few times first: the first call meets a reward of 0.
@@ -153,45 +128,65 @@ class Method:
         if self.iterate is None:
             valid = ", ".join(name for name, method in METHODS.items() if method.iterate)
             raise InputError(f"step: this method does not iterate; those that do: {valid}")
-        return self.iterate(Task(model, demonstrations, features, gamma, rng))
+        return self.iterate(given)
 
 
 def learn(
     name: str,
-    model: TransitionModel,
+    problem: LearningProblem | TransitionModel,
     demonstrations: Demonstrations,
     features: np.ndarray | None = None,
     *,
-    gamma: float,
+    gamma: float | None = None,
     rng: np.random.Generator,
-    advice: Advice | None = None,
     **options: Any,
 ) -> Learnt:
     """Learn by the method of that name.
 
     Args:
         name: a key of ``METHODS``.
-        model: the transition model.
+        problem: what is known beforehand; or the transition model alone, beside ``features`` and
+            ``gamma``.
         demonstrations: labelled pairs.
         features: ``[n_states, d]``, of a size near 1; used as the table above says.
         gamma: discount factor in [0, 1).
         rng: the only source of chance.
-        advice: preferred and avoided actions.
-        options: of the method itself, in place of its defaults.
+        options: ``advice``, an ``irl.advice.Advice``, and those of the method itself, in place of
+            its defaults.
 
     Raises:
         InputError: if the name is unknown, features are missing, or an input is invalid.
     """
     check_choice("method", name, METHODS)
-    return METHODS[name].learn(
-        model, demonstrations, features, gamma=gamma, rng=rng, advice=advice, **options
-    )
+    method, advice = METHODS[name], options.pop("advice", None)
+    given = Inputs(_problem(problem, features, gamma), demonstrations, rng, advice)
+    began = time.perf_counter()
+    (q, reward), iterations = method.fit(given, **options)
+    if q is None:
+        assert reward is not None
+        _, q = value_iteration(given.model, reward, given.gamma)
+    if advice is not None and not method.takes_advice:
+        q = advice.apply(q, given.model.mask)
+    return Learnt(q, reward, time.perf_counter() - began, iterations)
+
+
+def _problem(
+    problem: LearningProblem | TransitionModel, features: np.ndarray | None, gamma: float | None
+) -> LearningProblem:
+    """The learning problem, made of its parts if it comes in parts."""
+    if isinstance(problem, LearningProblem):
+        if features is not None or gamma is not None:
+            raise InputError("features, gamma: the learning problem has its own; give one of both")
+        return problem
+    if gamma is None:
+        raise InputError("gamma: a discount factor in [0, 1) wanted beside a transition model")
+    return LearningProblem(problem, features, gamma=gamma)
 
 
 def _counted(function: Callable[..., tuple[np.ndarray, Any]], **defaults: Any) -> Callable:
     """Fit a reward per state by ``function``, which tells a callback of its evaluations."""
 
-    def fit(task: Task, **options: Any) -> tuple[Found, int | None]:
+    def fit(given: Inputs, **options: Any) -> tuple[Found, int | None]:
         count = 0
 
         def follow(done: int, _: float) -> None:
@@ -199,9 +194,9 @@ def _counted(function: Callable[..., tuple[np.ndarray, Any]], **defaults: Any) -
             count = done
 
         reward, _ = function(
-            task.model,
-            task.demonstrations,
-            gamma=task.gamma,
+            given.model,
+            given.demonstrations,
+            gamma=given.gamma,
             callback=follow,
             **(defaults | options),
         )
@@ -211,73 +206,78 @@ def _counted(function: Callable[..., tuple[np.ndarray, Any]], **defaults: Any) -
 
 
 def _fa_mlirl(
-    task: Task,
+    given: Inputs,
     hidden: tuple[int, ...] = HIDDEN,
     training: TrainingConfig | None = None,
 ) -> tuple[Found, int]:
-    model, demonstrations = task.model, task.demonstrations
-    x = required(task.features)
-    network = VRFunction(x.shape[1], hidden, generator=torch_generator(task.rng))
+    model, demonstrations = given.model, given.demonstrations
+    x = given.problem.required_features()
+    network = VRFunction(x.shape[1], hidden, generator=torch_generator(given.rng))
     if training is None:
         training = TrainingConfig(beta=inverse_temperature(demonstrations))
-    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+    fixed_vr = given.problem.fixed_vr
+    problem = LikelihoodProblem.build(
+        model, demonstrations.state, demonstrations.action, fixed_vr=fixed_vr
+    )
     bellman = None
     if training.bellman_weight > 0:
         bellman = BellmanTerm(
-            model, task.gamma, batch=training.bellman_batch, delta=training.bellman_delta
+            model, given.gamma, fixed_vr, batch=training.bellman_batch, delta=training.bellman_delta
         )
-    run = train(network, problem, x, training, task.rng, bellman=bellman)
-    f = network.values(x)
+    run = train(network, problem, x, training, given.rng, bellman=bellman)
+    f = pin(network.values(x), fixed_vr)
     q = model.q_values(f)
     V = np.where(model.mask.any(axis=1), q.max(axis=1), 0.0)
-    return (q, f - task.gamma * V), run.log_likelihood.size  # R by (3.18)
+    return (q, f - given.gamma * V), run.log_likelihood.size  # R by (3.18)
 
 
-def _max_ent(task: Task, **options: Any) -> tuple[Found, None]:
-    reward, _ = max_ent(task.model, walks(task.demonstrations), **options)
+def _max_ent(given: Inputs, **options: Any) -> tuple[Found, None]:
+    reward, _ = max_ent(given.model, walks(given.demonstrations), **options)
     return (None, reward), None
 
 
-def _deep_max_ent(task: Task, iterations: int = 300, **options: Any) -> tuple[Found, int]:
+def _deep_max_ent(given: Inputs, iterations: int = 300, **options: Any) -> tuple[Found, int]:
     reward, _ = deep_max_ent(
-        task.model,
-        walks(task.demonstrations),
-        required(task.features),
-        rng=task.rng,
+        given.model,
+        walks(given.demonstrations),
+        given.problem.required_features(),
+        rng=given.rng,
         iterations=iterations,
         **options,
     )
     return (None, reward), iterations
 
 
-def _lp(task: Task, slack: float = 0.01, **options: Any) -> tuple[Found, None]:
-    policy = labelled_policy(task.model, task.demonstrations)
-    return (None, lp(task.model, policy, task.gamma, slack=slack, **options)), None
+def _lp(given: Inputs, slack: float = 0.01, **options: Any) -> tuple[Found, None]:
+    policy = labelled_policy(given.model, given.demonstrations)
+    return (None, lp(given.model, policy, given.gamma, slack=slack, **options)), None
 
 
-def _lp_advice(task: Task, **options: Any) -> tuple[Found, None]:
-    advice = task.advice or Advice.none(task.model.n_states, task.model.n_actions)
-    reward = lp_advice(task.model, task.demonstrations, advice, gamma=task.gamma, **options)
+def _lp_advice(given: Inputs, **options: Any) -> tuple[Found, None]:
+    advice = given.advice or Advice.none(given.model.n_states, given.model.n_actions)
+    reward = lp_advice(given.model, given.demonstrations, advice, gamma=given.gamma, **options)
     return (None, reward), None
 
 
 def _lp_basis(
-    task: Task, basis: np.ndarray | None = None, bumps: int = 256, **options: Any
+    given: Inputs, basis: np.ndarray | None = None, bumps: int = 256, **options: Any
 ) -> tuple[Found, None]:
-    policy = labelled_policy(task.model, task.demonstrations)
-    if basis is None and task.model.n_states > bumps:
-        basis = gaussian_bumps(required(task.features), bumps, task.rng)
-    reward, _ = lp_basis(task.model, policy, basis, gamma=task.gamma, **options)
+    policy = labelled_policy(given.model, given.demonstrations)
+    if basis is None and given.model.n_states > bumps:
+        basis = gaussian_bumps(given.problem.required_features(), bumps, given.rng)
+    reward, _ = lp_basis(given.model, policy, basis, gamma=given.gamma, **options)
     return (None, reward), None
 
 
-def _birl(task: Task, sampling: SamplingConfig | None = None, **options: Any) -> tuple[Found, int]:
+def _birl(
+    given: Inputs, sampling: SamplingConfig | None = None, **options: Any
+) -> tuple[Found, int]:
     sampling = sampling or SamplingConfig()
     posterior = birl(
-        task.model,
-        task.demonstrations,
-        gamma=task.gamma,
-        rng=task.rng,
+        given.model,
+        given.demonstrations,
+        gamma=given.gamma,
+        rng=given.rng,
         config=sampling,
         **options,
     )
@@ -285,8 +285,10 @@ def _birl(task: Task, sampling: SamplingConfig | None = None, **options: Any) ->
     return (None, posterior.reward), proposals
 
 
-def _behaviour_cloning(task: Task, **options: Any) -> tuple[Found, None]:
-    log_pi, _ = behaviour_cloning(task.model, task.demonstrations, task.features, **options)
+def _behaviour_cloning(given: Inputs, **options: Any) -> tuple[Found, None]:
+    log_pi, _ = behaviour_cloning(
+        given.model, given.demonstrations, given.problem.features, **options
+    )
     return (log_pi, None), None
 
 

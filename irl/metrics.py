@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri
 
+from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.planning import policy_success
@@ -138,6 +139,21 @@ def unseen_states(
     unseen[demonstrated] = False
     unseen[terminal] = False
     return np.flatnonzero(unseen)
+
+
+def accuracy_on_unseen(
+    action: np.ndarray, demonstrated: np.ndarray, oracle: OracleDemonstrator, starts: np.ndarray
+) -> Share:
+    """``accuracy_optimal_all``: `accuracy_optimal` over all `unseen_states`.
+
+    Args:
+        action: the policy, integer ``[n_states]``, −1 for none.
+        demonstrated: indices of the states that have a label.
+        oracle: whose co-optimal actions, runs' ends and transition model are the measure.
+        starts: indices of the states runs start in.
+    """
+    unseen = unseen_states(oracle.model, starts, demonstrated, oracle.terminal)
+    return accuracy_optimal(action, unseen, oracle.optimal_actions)
 
 
 def success_mdp(

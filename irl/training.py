@@ -1,4 +1,4 @@
-"""FunctionApprox, the inner loop of thesis Algorithm 4.1: fit the VR network to demonstrations."""
+"""FunctionApprox, the inner loop of thesis Algorithm 4.1: one fit of a VR network to labels."""
 
 import math
 from collections.abc import Callable

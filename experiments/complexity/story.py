@@ -52,7 +52,9 @@ from irl.choices import check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
-from irl.methods import METHODS
+from irl.method_inputs import Inputs
+from irl.methods import METHODS, learn
+from irl.problem import LearningProblem
 
 WARM_UP = 3  # iterations; the first plans for a reward of 0, from V = 0
 TURN = 0.1  # seconds a method is timed for at a time, and at least one iteration
@@ -104,9 +106,10 @@ def prepare(name: str, world: GridWorld, config: Config) -> Callable[[], object]
         [Demonstrations.from_pairs(walk, k) for k, walk in enumerate(walks)]
     )
     method, rng = METHODS[name], np.random.default_rng(config.seed)
+    problem = LearningProblem(world.model, world.features, gamma=config.gamma)
     if method.iterate is None:
-        return lambda: method.learn(world.model, shown, world.features, gamma=config.gamma, rng=rng)
-    iteration = method.step(world.model, shown, world.features, config.gamma, rng)
+        return lambda: learn(name, problem, shown, rng=rng)
+    iteration = method.step(Inputs(problem, shown, rng))
     for _ in range(WARM_UP):
         iteration()
     return iteration

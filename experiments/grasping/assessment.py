@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from experiments.grasping.teacher import Teacher
 from irl.collection import held_out
 from irl.demonstrations import Demonstrations
+from irl.demonstrators import OracleDemonstrator
 from irl.metrics import (
     Share,
+    accuracy_on_unseen,
     accuracy_optimal,
     accuracy_strict,
     success_mdp,
-    unseen_states,
 )
 from irl.planning import uniform_policy
 from irl.policy import Policy
@@ -46,7 +46,7 @@ class Assessment:
 
 def assess(
     task: TaskData,
-    teacher: Teacher,
+    oracle: OracleDemonstrator,
     policy: Policy,
     labels: Demonstrations,
     rng: np.random.Generator,
@@ -55,14 +55,13 @@ def assess(
 
     Args:
         task: what was learnt.
-        teacher: demonstrator and expert.
+        oracle: the demonstrator, and the measure.
         policy: what came of it.
         labels: all demonstrations it was learnt from.
         rng: draws the held-out states.
     """
-    demonstrator = teacher.demonstrator
-    validation = held_out(demonstrator, labels.state, task.start_states, rng)
-    optimal = demonstrator.optimal_actions
+    validation = held_out(oracle, labels.state, task.start_states, rng)
+    optimal = oracle.optimal_actions
 
     def success(policy_table: np.ndarray) -> float:
         return success_mdp(task.model, policy_table, task.goal_states, task.start_states)
@@ -70,17 +69,10 @@ def assess(
     return Assessment(
         accuracy_strict=accuracy_strict(policy.action, validation.state, validation.action),
         accuracy_optimal=accuracy_optimal(policy.action, validation.state, optimal),
-        accuracy_optimal_all=accuracy_on_unseen(task, teacher, policy.action, labels.state),
+        accuracy_optimal_all=accuracy_on_unseen(
+            policy.action, labels.state, oracle, task.start_states
+        ),
         success_mdp=success(policy.action),
         success_mdp_oracle=success(uniform_policy(optimal)),
         demonstrated_fraction=labels.demonstrated_fraction(N_STATES),
     )
-
-
-def accuracy_on_unseen(
-    task: TaskData, teacher: Teacher, action: np.ndarray, shown: np.ndarray
-) -> Share:
-    """Share of all reachable states never shown whose action is as good as the demonstrator's."""
-    demonstrator = teacher.demonstrator
-    unseen = unseen_states(task.model, task.start_states, shown, demonstrator.terminal)
-    return accuracy_optimal(action, unseen, demonstrator.optimal_actions)

@@ -1,25 +1,24 @@
 """Learning the grasping task from a simulated teacher: what its experiments share."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
-from experiments.grasping.assessment import accuracy_on_unseen
-from experiments.grasping.teacher import Teacher
+from experiments.grasping.teacher import GraspTeacher
 from irl.active import ActiveConfig, Progress, Result, active_fa_mlirl
+from irl.active_state import training_files
 from irl.choices import check_range
-from irl.collection import initial_demonstrations
-from irl.demonstrations import Demonstrations, generalise
+from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.files import atomic_path
 from irl.formats import read_json, write_json
 from irl.generalisation import rule_purity
-from irl.metrics import success_mdp
+from irl.metrics import accuracy_on_unseen, success_mdp
 from irl.policy import Policy
-from irl.preferences import StatePreferences
+from irl.problem import LearningProblem
 from irl.task_data import EVIDENCE, TaskData
 from irl.training import TrainingConfig
 from models.task.spaces import N_STATES
@@ -96,7 +95,7 @@ class Learnt:
 
 def learn(
     task: TaskData,
-    teacher: Teacher,
+    teacher: GraspTeacher,
     config: LearningConfig,
     rng: np.random.Generator,
     folder: Path | None = None,
@@ -122,19 +121,13 @@ def learn(
         )
     purity = {
         name: found.share
-        for name, found in rule_purity(
-            task.generalisation, teacher.demonstrator.optimal_actions
-        ).items()
+        for name, found in rule_purity(task.generalisation, teacher.oracle.optimal_actions).items()
     }
     rules = [n for n, share in purity.items() if share is not None and share >= config.least_purity]
-    initial = initial_demonstrations(
-        teacher.demonstrator,
-        task.start_states,
-        config.demonstrations,
-        task.generalisation,
-        rules,
-        rng,
-    )
+    answers = teacher.answers(rules)
+    initial = teacher.initial_demonstrations(answers, config.demonstrations, rng)
+    problem = LearningProblem.of(task, config.features)
+    problem = replace(problem, candidates=teacher.candidates(problem))
     kept = None if folder is None else folder / CURVE
     curve = [] if kept is None or not kept.exists() else _read_curve(kept)
     with _Bars(config.active) as bars:
@@ -149,7 +142,7 @@ def learn(
                 progress.query,
                 progress.labels.n_states_demonstrated,
                 success_mdp(task.model, action, task.goal_states, task.start_states),
-                accuracy_on_unseen(task, teacher, action, seen).value,
+                accuracy_on_unseen(action, seen, teacher.oracle, task.start_states).value,
             )
             # A run that was cut off after this training, before it was saved, has it already.
             curve[:] = [earlier for earlier in curve if earlier.query < point.query] + [point]
@@ -159,21 +152,12 @@ def learn(
             bars.learnt(progress, point)
 
         result = active_fa_mlirl(
-            model=task.model,
-            features=task.feature(config.features),
-            gamma=task.gamma,
-            fixed_vr=task.fixed_vr,
-            demonstrations=initial,
-            demonstrator=teacher.demonstrator,
-            expert=teacher.expert,
-            clusters=task.clusters,
-            preferences=StatePreferences(task.preferred, task.avoided),
-            generalise=lambda shown: generalise(shown, task.generalisation, rules),
-            config=config.active,
+            problem,
+            initial,
+            answers,
+            config.active,
             rng=rng,
             callback=follow,
-            candidates=np.flatnonzero(task.model.reachable(task.start_states)),
-            start_states=task.start_states,
             checkpoint=None if folder is None else folder / CHECKPOINT,
         )
     evidence = np.bincount(task.transitions.evidence, minlength=len(EVIDENCE))
@@ -184,8 +168,8 @@ def learn(
 
 def forget(folder: Path) -> None:
     """Remove what `learn` kept in ``folder``."""
-    for name in (CHECKPOINT, CURVE):
-        (folder / name).unlink(missing_ok=True)
+    for path in (folder / CHECKPOINT, folder / CURVE, *training_files(folder / CHECKPOINT)):
+        path.unlink(missing_ok=True)
 
 
 def _read_curve(path: Path) -> list[CurvePoint]:
@@ -211,6 +195,10 @@ class _Bars:
 
     def show(self, progress: Progress) -> None:
         if progress.query == 0:
+            if self._first.n == 0 and progress.iteration > 1:
+                # What an interrupted run did took none of this run's time.
+                self._first.initial = self._first.n = progress.iteration - 1
+                self._first.write(f"learning goes on at iteration {progress.iteration}")
             self._first.update(progress.iteration - self._first.n)
             if progress.iteration % 100 == 0:
                 self._first.set_postfix(log_likelihood=f"{progress.log_likelihood:.4f}")

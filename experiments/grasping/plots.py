@@ -11,7 +11,7 @@ import numpy as np
 
 from experiments.grasping.assessment import Assessment
 from experiments.grasping.learning import Learnt
-from experiments.grasping.teacher import Teacher
+from irl.demonstrators import OracleDemonstrator
 from irl.policy import Policy
 from irl.task_data import TaskData
 from models.task.spaces import (
@@ -57,10 +57,10 @@ def plot_learning(learnt: Learnt, assessment: Assessment, path: Path) -> None:
     plt.close(figure)
 
 
-def plot_policy(task: TaskData, policy: Policy, teacher: Teacher, path: Path) -> None:
+def plot_policy(task: TaskData, policy: Policy, oracle: OracleDemonstrator, path: Path) -> None:
     """Draw the grasp chosen for every free cube; a red frame where it is not optimal."""
     action = policy.action[:N_FREE].reshape(N_XY, N_ORIENTATIONS)
-    optimal = teacher.demonstrator.optimal_actions[:N_FREE]
+    optimal = oracle.optimal_actions[:N_FREE]
     right = optimal[np.arange(N_FREE), policy.action[:N_FREE]].reshape(action.shape)
     goal = np.isin(np.arange(N_FREE), task.goal_states).reshape(action.shape)
     figure, axis = plt.subplots(figsize=(14, 4.4), layout="constrained")

@@ -1,19 +1,32 @@
-"""The simulated teacher of the grasping task: what it wants, hidden from the learner."""
+"""Who teaches the grasping task: a simulated mind, whose wish stays hidden, or a recording."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from irl.demonstrators import OracleDemonstrator, OracleExpert
+from irl.collection import initial_demonstrations
+from irl.demonstrations import Demonstrations
+from irl.demonstrators import OracleDemonstrator, OracleExpert, RecordedDemonstrator
+from irl.errors import InputError
+from irl.problem import LearningProblem
 from irl.task_data import TaskData
+from irl.teacher import Teacher
 from models.task.clusters import uncomfortable_states
 from models.task.spaces import LOST
 
 
 @dataclass(frozen=True)
 class TeacherConfig:
-    """The hidden reward of the simulated demonstrator, in units of the goal's."""
+    """Who demonstrates, and the hidden reward of the simulated mind, in units of the goal's."""
 
+    demonstrator: Literal["oracle", "recorded"] = "oracle"
+    """Who shows what to do: the simulated mind, or a recording, which can answer for the states
+    it holds. The expert, and what the policy is judged by, are the simulated mind's either way."""
+    recording: Path | None = None
+    """The recording: a CSV file with the columns of the task data's ``demonstrations.csv``."""
     action_cost: float = 0.01
     """Of each action."""
     discomfort: float = 0.05
@@ -28,12 +41,31 @@ class TeacherConfig:
     """Probability of a wrong label."""
 
 
-class Teacher:
-    """Demonstrator and expert of one mind: an optimal policy under a hidden reward."""
+@dataclass(frozen=True, eq=False)
+class GraspTeacher:
+    """Demonstrator and expert of the grasping task, and the mind that they are judged by.
 
-    def __init__(self, task: TaskData, config: TeacherConfig) -> None:
-        """Plan with the task's own transition model."""
-        self.demonstrator = OracleDemonstrator(
+    Attributes:
+        task: what is taught.
+        config: who teaches.
+
+    Raises:
+        InputError: if a recording is wanted and not named, named and not wanted, cannot be read,
+            or holds what cannot be done.
+    """
+
+    task: TaskData
+    config: TeacherConfig
+
+    def __post_init__(self) -> None:
+        """Read the recording, so that a wrong one costs no work."""
+        assert self._recording is None or len(self._recording)
+
+    @cached_property
+    def oracle(self) -> OracleDemonstrator:
+        """An optimal policy under the hidden reward, planned on the task's own model."""
+        task, config = self.task, self.config
+        return OracleDemonstrator(
             task.model,
             task.goal_states,
             gamma=task.gamma,
@@ -45,4 +77,49 @@ class Teacher:
             tolerance=config.tolerance,
             label_noise=config.label_noise,
         )
-        self.expert = OracleExpert(self.demonstrator, task.start_states)
+
+    def answers(self, rules: list[str]) -> Teacher:
+        """Who answers the learner; ``rules`` say what follows from a demonstration by itself."""
+        recording = self._recording
+        return Teacher(
+            self.oracle if recording is None else RecordedDemonstrator(recording),
+            OracleExpert(self.oracle, self.task.start_states),
+            self.task.generalisation,
+            rules,
+        )
+
+    def initial_demonstrations(
+        self, teacher: Teacher, count: int, rng: np.random.Generator
+    ) -> Demonstrations:
+        """Labels of ``count`` states before the first question; of a recording, all if fewer.
+
+        Raises:
+            InputError: as `irl.collection.initial_demonstrations`.
+        """
+        recording, starts = self._recording, self.task.start_states
+        if recording is not None:
+            count = min(count, teacher.generalise(recording).n_states_demonstrated)
+            starts = np.unique(recording.state[~recording.generalised])
+        return initial_demonstrations(teacher, starts, count, rng)
+
+    def candidates(self, problem: LearningProblem) -> np.ndarray | None:
+        """The states of ``problem`` that there is an answer for."""
+        if self._recording is None or problem.candidates is None:
+            return problem.candidates
+        return np.intersect1d(problem.candidates, self._recording.state)
+
+    @cached_property
+    def _recording(self) -> Demonstrations | None:
+        path = self.config.recording
+        if (self.config.demonstrator == "recorded") != (path is not None):
+            raise InputError(
+                "--teacher.recording: give a CSV file with --teacher.demonstrator recorded, and "
+                "only then"
+            )
+        if path is None:
+            return None
+        recording = Demonstrations.load(path)
+        recording.check(self.task.model, str(path))
+        if not len(recording):
+            raise InputError("holds no demonstration", place=str(path))
+        return recording

@@ -20,6 +20,8 @@ from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import GridWorld, bar, four_rooms, goal_cell
 from irl.metrics import bootstrap_interval
+from irl.problem import LearningProblem
+from irl.teacher import Teacher
 
 REFINE = 0.1  # share of the iterations that training after each answer takes
 
@@ -144,17 +146,15 @@ def learn_hard(lesson: HardLesson) -> list[Judged]:
             )
 
     active_fa_mlirl(
-        model=world.model,
-        features=world.features,
-        gamma=case.demonstrator.gamma,
-        fixed_vr={},
-        demonstrations=case.demonstrations(rng),
-        demonstrator=case.demonstrator,
-        expert=None,
-        clusters={},
-        preferences=world.preferences(),
-        generalise=lambda shown: shown,
-        config=ActiveConfig(
+        LearningProblem(
+            world.model,
+            world.features,
+            gamma=case.demonstrator.gamma,
+            preferences=world.preferences(),
+        ),
+        case.demonstrations(rng),
+        Teacher(case.demonstrator),
+        ActiveConfig(
             initial=training,
             refine=settings.training(world.n, REFINE),
             budget=lesson.queries,

@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 import torch
 
+import irl.training
 from irl.active import ActiveConfig, active_fa_mlirl
+from irl.active_state import training_files
 from irl.advice import Advice
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert
 from irl.domains.gridworld import DOWN, LEFT, RIGHT, UP, GridWorld
 from irl.errors import InputError
-from irl.function_approx import Learner, Surroundings
+from irl.function_approx import Learner
+from irl.generalisation import Generalisation
 from irl.preferences import StatePreferences
+from irl.problem import LearningProblem
 from irl.queries import (
     COMMITTEE_STRATEGIES,
     STATE_STRATEGIES,
@@ -20,6 +24,7 @@ from irl.queries import (
     select_cluster,
     select_state,
 )
+from irl.teacher import Teacher
 from irl.training import TrainingConfig
 from irl.vr_function import VRFunction, torch_generator
 
@@ -63,23 +68,22 @@ class Guide:
         return ClusterAdvice(frozenset({preferred}), frozenset({avoided}))
 
 
+PROBLEM = LearningProblem(WORLD.model, WORLD.features, gamma=0.9, clusters=CLUSTERS)
+NETWORKS_SEE = replace(PROBLEM, features=WORLD.features.astype(np.float32))
+ABOUT_THE_TEACHER = {"demonstrator", "expert", "generalisation", "rules"}
+HOW = {"rng", "callback", "checkpoint", "demonstrations"}
+
+
 def run(config=CONFIG, seed=0, **changes):
+    """Learn, with a field of the problem, of the teacher, or an argument of the call changed."""
     guide = Guide([], [])
-    options = {
-        "model": WORLD.model,
-        "features": WORLD.features,
-        "gamma": 0.9,
-        "fixed_vr": {},
-        "demonstrations": ONE_CORNER,
-        "demonstrator": guide,
-        "expert": guide,
-        "clusters": CLUSTERS,
-        "preferences": StatePreferences(),
-        "generalise": lambda demonstrations: demonstrations,
-        "config": config,
-        "rng": np.random.default_rng(seed),
-    }
-    return active_fa_mlirl(**(options | changes)), guide
+    of_teacher = {k: v for k, v in changes.items() if k in ABOUT_THE_TEACHER}
+    how = {"rng": np.random.default_rng(seed)} | {k: v for k, v in changes.items() if k in HOW}
+    of_problem = {k: v for k, v in changes.items() if k not in {*of_teacher, *how}}
+    problem = replace(PROBLEM, start_states=None, **of_problem)
+    teacher = Teacher(**({"demonstrator": guide, "expert": guide} | of_teacher))
+    demonstrations = how.pop("demonstrations", ONE_CORNER)
+    return active_fa_mlirl(problem, demonstrations, teacher, config, **how), guide
 
 
 def accuracy(result):
@@ -133,12 +137,19 @@ def test_most_demonstrated_states_are_never_exceeded():
 
 
 def test_generalisation_enters_the_demonstrations():
-    def twin(demonstrations):
-        extra = Demonstrations.from_pairs([(48, LEFT)], source="generalised")
-        return demonstrations.merge(extra)
-
-    result, _ = run(replace(CONFIG, budget=1), generalise=twin)
-    assert 48 in result.demonstrations.state
+    shown = [state for state in range(49) if state not in ONE_CORNER.state and state != 48]
+    pairs = np.array([(s, Guide([], []).label(s, None)) for s in shown if s != WORLD.goal_state])
+    twins = Generalisation(
+        state=np.r_[pairs[:, 0], 48].astype(np.int32),
+        action=np.r_[pairs[:, 1], LEFT].astype(np.int32),
+        group=np.zeros(len(pairs) + 1, dtype=np.int32),
+        rule=np.zeros(len(pairs) + 1, dtype=np.uint8),
+        rule_names=["alike"],
+    )
+    plain, _ = run(replace(CONFIG, budget=1), candidates=pairs[:, 0])
+    result, _ = run(replace(CONFIG, budget=1), generalisation=twins, candidates=pairs[:, 0])
+    assert 48 not in plain.demonstrations.state
+    assert (48, LEFT) in result.demonstrations.pairs
 
 
 def test_same_seed_same_bits():
@@ -200,16 +211,16 @@ def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
     result, _ = run(config, seed=3)
 
     guide, rng = Guide([], []), np.random.default_rng(3)
-    surroundings = Surroundings(WORLD.model, WORLD.features.astype(np.float32), 0.9, {})
+    problem = NETWORKS_SEE
     network = VRFunction(2, config.hidden, generator=torch_generator(rng))
-    learner = Learner(surroundings, network)
+    learner = Learner(problem, network)
     labels, advice, asked, advised = ONE_CORNER.resolved(), Advice.none(49, 4), [], []
     learner.fit(labels, config.initial, rng)
     for _ in range(config.budget):
         context = QueryContext(
             model=WORLD.model,
             q=advice.apply(WORLD.model.q_values(learner.values()), WORLD.model.mask),
-            features=surroundings.features,
+            features=problem.features,
             demonstrated=labels.state,
             candidates=np.setdiff1d(np.arange(49), [*labels.state, *asked]),
             beta=config.query_beta,
@@ -265,8 +276,8 @@ def test_committees_leave_the_main_network_alone(strategy):
 
 
 def test_committee_members_differ_and_weigh_labels_for_good():
-    surroundings = Surroundings(WORLD.model, WORLD.features.astype(np.float32), 0.9, {0: 0.5})
-    committee = Committee(surroundings, 3, (8,), np.random.default_rng(0))
+    problem = replace(NETWORKS_SEE, fixed_vr={0: 0.5})
+    committee = Committee(problem, 3, (8,), np.random.default_rng(0))
     weights = [member.weight.copy() for member in committee.members]
     committee.fit(ONE_CORNER, SHORT.initial)
     f = committee.values()
@@ -279,11 +290,11 @@ def test_committee_members_differ_and_weigh_labels_for_good():
 
 @pytest.mark.parametrize(("weight", "alike"), [(np.full(49, 7.0), True), (np.arange(1, 50), False)])
 def test_only_the_proportions_of_label_weights_count(weight, alike):
-    surroundings = Surroundings(WORLD.model, WORLD.features.astype(np.float32), 0.9, {})
+    problem = NETWORKS_SEE
     f = []
     for weights in (None, weight):
         network = VRFunction(2, (8,), generator=torch.Generator().manual_seed(0))
-        learner = Learner(surroundings, network, weight=weights)
+        learner = Learner(problem, network, weight=weights)
         learner.fit(ONE_CORNER, SHORT.initial, np.random.default_rng(0))
         f.append(learner.values())
     assert np.allclose(*f, atol=1e-5) == alike
@@ -364,6 +375,56 @@ def test_a_run_that_was_killed_goes_on_to_the_same_bits(tmp_path, strategy, kill
     assert resumed.beta == whole.beta
     assert resumed.demonstrations.pairs == whole.demonstrations.pairs
     assert np.array_equal(resumed.advice.avoided, whole.advice.avoided)
+
+
+def test_a_first_training_that_was_killed_does_not_start_again(tmp_path, monkeypatch):
+    monkeypatch.setattr("irl.active_state.EVERY", 10)
+    config = replace(SHORT, budget=2, initial=replace(SHORT.initial, bellman_weight=1.0))
+    path = tmp_path / "run.safetensors"
+    whole, _ = run(config)
+
+    def kill(progress):
+        if progress.iteration == 25:
+            raise KilledError
+
+    with pytest.raises(KilledError):
+        run(config, checkpoint=path, callback=kill)
+    assert not path.exists()
+    assert [p.name for p in training_files(path)] == ["run.safetensors.training-main"]
+    told = []
+    resumed, _ = run(config, checkpoint=path, callback=told.append)
+    assert [p.iteration for p in told if p.query == 0] == [*range(21, 41), 40]
+    assert resumed.q.tobytes() == whole.q.tobytes()
+    assert torch.equal(resumed.network.parameters, whole.network.parameters)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_committee_that_was_killed_in_its_first_training_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr("irl.active_state.EVERY", 10)
+    config = replace(SHORT, budget=2, state_query="bald", committee=3)
+    path = tmp_path / "run.safetensors"
+    whole, _ = run(config)
+    steps, save = [], irl.training.save
+
+    def save_or_die(file, arrays, state, identity):
+        if file.name.endswith("member1") and state["done"] == 30:
+            raise KilledError
+        steps.append((file.name.rpartition("-")[2], state["done"]))
+        save(file, arrays, state, identity)
+
+    monkeypatch.setattr("irl.training.save", save_or_die)
+    with pytest.raises(KilledError):
+        run(config, checkpoint=path)
+    monkeypatch.setattr(
+        "irl.training.save", lambda *all_: (steps.append(("again", all_[0].name)), save(*all_))
+    )
+    resumed, _ = run(config, checkpoint=path)
+    assert ("member1", 20) in steps
+    again = [name.rpartition("-")[2] for mark, name in steps if mark == "again"]
+    assert again == ["member1"] * 3 + ["member2"] * 6  # at 30, 40 and the end; all of the last
+    assert resumed.q.tobytes() == whole.q.tobytes()
+    assert resumed.history == whole.history
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
 @pytest.mark.parametrize(

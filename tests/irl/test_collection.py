@@ -6,6 +6,7 @@ from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
 from irl.generalisation import Generalisation
+from irl.teacher import Teacher
 
 
 @pytest.fixture
@@ -31,7 +32,7 @@ def neighbours(oracle):
 def test_exactly_the_number_wanted_is_demonstrated(oracle, neighbours, count):
     rng = np.random.default_rng(count)
     starts = np.arange(200)
-    shown = initial_demonstrations(oracle, starts, count, neighbours, None, rng)
+    shown = initial_demonstrations(Teacher(oracle, generalisation=neighbours), starts, count, rng)
     assert len(shown) == shown.n_states_demonstrated == count
     shown.check(oracle.model)
     direct = shown.select(~shown.generalised)
@@ -40,9 +41,8 @@ def test_exactly_the_number_wanted_is_demonstrated(oracle, neighbours, count):
 
 def test_surplus_is_dropped_from_the_last_generalised(oracle, neighbours):
     def collect(count):
-        return initial_demonstrations(
-            oracle, np.arange(200), count, neighbours, ["neighbours"], np.random.default_rng(0)
-        )
+        teacher = Teacher(oracle, generalisation=neighbours, rules=["neighbours"])
+        return initial_demonstrations(teacher, np.arange(200), count, np.random.default_rng(0))
 
     more, fewer = collect(62), collect(61)
     assert set(fewer.pairs) <= set(more.pairs)
@@ -53,7 +53,7 @@ def test_it_says_so_when_trajectories_run_dry(oracle):
     # From the goal there is nothing to show.
     goal, rng = np.array([0]), np.random.default_rng(0)
     with pytest.raises(InputError, match=r"3 states wanted, .* reach only 0"):
-        initial_demonstrations(oracle, goal, 3, Generalisation.none(), None, rng)
+        initial_demonstrations(Teacher(oracle), goal, 3, rng)
     with pytest.raises(InputError, match=r"3 states wanted, .* reach only 0"):
         held_out(oracle, np.array([1]), goal, rng, n=3)
 
@@ -61,7 +61,7 @@ def test_it_says_so_when_trajectories_run_dry(oracle):
 def test_held_out_shares_no_state_with_the_training_set(oracle, neighbours):
     rng = np.random.default_rng(0)
     starts = np.arange(200)
-    training = initial_demonstrations(oracle, starts, 80, neighbours, None, rng)
+    training = initial_demonstrations(Teacher(oracle, generalisation=neighbours), starts, 80, rng)
     test = held_out(oracle, training.state, starts, rng, n=50)
     assert len(test) == test.n_states_demonstrated == 50
     assert not np.isin(test.state, training.state).any()
@@ -69,10 +69,9 @@ def test_held_out_shares_no_state_with_the_training_set(oracle, neighbours):
 
 
 def test_collections_repeat_with_their_seed(oracle, neighbours):
+    teacher = Teacher(oracle, generalisation=neighbours)
     a, b = (
-        initial_demonstrations(
-            oracle, np.arange(200), 70, neighbours, None, np.random.default_rng(4)
-        )
+        initial_demonstrations(teacher, np.arange(200), 70, np.random.default_rng(4))
         for _ in range(2)
     )
     assert a.pairs == b.pairs

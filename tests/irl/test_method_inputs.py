@@ -7,7 +7,6 @@ from irl.method_inputs import (
     gaussian_bumps,
     inverse_temperature,
     labelled_policy,
-    required,
     walks,
 )
 
@@ -48,8 +47,6 @@ def test_inverse_temperature_grows_with_the_longest_walk():
 
 
 def test_missing_inputs_are_named(chain):
-    with pytest.raises(InputError, match="features"):
-        required(None)
     with pytest.raises(InputError, match="at least one"):
         labelled_policy(chain, Demonstrations.empty())
     with pytest.raises(InputError, match="not feasible"):

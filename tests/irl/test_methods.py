@@ -6,8 +6,10 @@ from irl.baselines.birl import SamplingConfig
 from irl.demonstrations import Demonstrations
 from irl.domains.gridworld import GridWorld, goal_cell
 from irl.errors import InputError
+from irl.method_inputs import Inputs
 from irl.methods import METHODS, learn
 from irl.planning import transition_matrix, value_iteration
+from irl.problem import LearningProblem
 from irl.training import TrainingConfig
 
 GAMMA = 0.9
@@ -143,9 +145,8 @@ def test_advice_is_heeded_afterwards(worlds):
 )
 def test_iterations_can_be_taken_one_by_one(worlds, name):
     world = worlds[5]
-    step = METHODS[name].step(
-        world.model, world.walks, world.grid.features, GAMMA, np.random.default_rng(0)
-    )
+    problem = LearningProblem(world.model, world.grid.features, gamma=GAMMA)
+    step = METHODS[name].step(Inputs(problem, world.walks, np.random.default_rng(0)))
     for _ in range(3):
         step()
 
@@ -153,7 +154,10 @@ def test_iterations_can_be_taken_one_by_one(worlds, name):
 def test_linear_programs_have_no_iterations(worlds):
     world = worlds[5]
     with pytest.raises(InputError, match=r"does not iterate.*planning"):
-        METHODS["lp"].step(world.model, world.walks, None, GAMMA, np.random.default_rng(0))
+        given = Inputs(
+            LearningProblem(world.model, gamma=GAMMA), world.walks, np.random.default_rng(0)
+        )
+        METHODS["lp"].step(given)
 
 
 def test_bad_arguments_are_named(worlds):
@@ -173,3 +177,42 @@ def test_bad_arguments_are_named(worlds):
                 gamma=GAMMA,
                 rng=rng,
             )
+
+
+def test_a_learning_problem_and_its_parts_are_the_same(worlds):
+    world = worlds[5]
+    problem = LearningProblem(world.model, world.grid.features, gamma=GAMMA)
+    quick = {"training": TrainingConfig(iterations=20)}
+    whole = learn("fa_mlirl", problem, world.walks, rng=np.random.default_rng(0), **quick)
+    parts = learn(
+        "fa_mlirl",
+        world.model,
+        world.walks,
+        world.grid.features,
+        gamma=GAMMA,
+        rng=np.random.default_rng(0),
+        **quick,
+    )
+    assert whole.q.tobytes() == parts.q.tobytes()
+
+
+def test_a_value_known_beforehand_is_kept_and_learnt_around(worlds):
+    world = worlds[5]
+    problem = LearningProblem(world.model, world.grid.features, gamma=GAMMA, fixed_vr={3: 0.25})
+    quick = {"training": TrainingConfig(iterations=20)}
+    known = learn("fa_mlirl", problem, world.walks, rng=np.random.default_rng(0), **quick)
+    (rows,) = np.nonzero(world.model.P[:, [3]].toarray().ravel() == 1)
+    assert rows.size
+    pairs = world.model.pair_state[rows], world.model.pair_action[rows]
+    assert (known.q[pairs] == 0.25).all()
+
+
+def test_half_a_problem_is_refused(worlds):
+    world, rng = worlds[5], np.random.default_rng(0)
+    problem = LearningProblem(world.model, gamma=GAMMA)
+    with pytest.raises(InputError, match=r"gamma.*wanted"):
+        learn("planning", world.model, world.walks, rng=rng)
+    with pytest.raises(InputError, match="one of both"):
+        learn("planning", problem, world.walks, gamma=0.5, rng=rng)
+    with pytest.raises(InputError, match="one of both"):
+        learn("planning", problem, world.walks, world.grid.features, rng=rng)

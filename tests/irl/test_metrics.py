@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
 
+from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
 from irl.metrics import (
     Share,
+    accuracy_on_unseen,
     accuracy_optimal,
     accuracy_strict,
     bootstrap_interval,
@@ -82,3 +84,12 @@ def test_success_is_the_mean_over_starts(chain):
     assert success_mdp(chain, policy, np.array([3]), np.array([0])) > 0.999999
     with pytest.raises(InputError, match="start state"):
         success_mdp(chain, policy, np.array([3]), np.zeros(0, dtype=int))
+
+
+def test_accuracy_on_unseen_states_is_that_over_the_states_it_names(chain):
+    oracle = OracleDemonstrator(chain, np.array([3]))
+    starts, right = np.array([0]), np.array([1, 1, 1, -1])
+    wrong_in_0 = np.array([0, 1, 1, -1])
+    assert accuracy_on_unseen(right, np.array([1]), oracle, starts) == Share(2, 2)
+    assert accuracy_on_unseen(wrong_in_0, np.array([1]), oracle, starts) == Share(1, 2)
+    assert accuracy_on_unseen(wrong_in_0, np.array([0]), oracle, starts) == Share(2, 2)

@@ -1,0 +1,118 @@
+"""A learning problem: what is known before anyone demonstrates. `irl.teacher` knows the rest."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from irl.errors import InputError
+from irl.mdp import TransitionModel
+from irl.preferences import StatePreferences
+from irl.task import TaskData
+
+
+@dataclass(frozen=True, eq=False)
+class LearningProblem:
+    """A Markov decision process without its reward, and what the learner is told of its states.
+
+    Attributes:
+        model: the transition model P.
+        features: ``[n_states, d]``, of a size near 1: what networks see of a state; None for
+            methods that do without.
+        gamma: discount factor in [0, 1).
+        fixed_vr: state → VR value known beforehand, such as −1 for a lost object.
+        clusters: name → state indices; what an expert may be asked about.
+        preferences: states known to be worth more, or less, than learnt (§5.12).
+        start_states: int64, where episodes begin; by default wherever something can be done.
+        candidates: int64, the states that may be asked about; all if None.
+
+    Raises:
+        InputError: naming the field that does not fit the others.
+    """
+
+    model: TransitionModel
+    features: np.ndarray | None = None
+    gamma: float = field(kw_only=True)
+    fixed_vr: Mapping[int, float] = field(default_factory=dict, kw_only=True)
+    clusters: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
+    preferences: StatePreferences = field(default_factory=StatePreferences, kw_only=True)
+    start_states: np.ndarray = field(default=None, kw_only=True)  # type: ignore[arg-type]
+    candidates: np.ndarray | None = field(default=None, kw_only=True)
+
+    @classmethod
+    def of(cls, task: TaskData, features: str | None = None) -> "LearningProblem":
+        """What task data tell a learner: all but the goal and the demonstrations.
+
+        Questions stay within the states that can be reached from the start states.
+
+        Args:
+            task: the task.
+            features: name of the features that networks see; None for methods without a network.
+
+        Raises:
+            InputError: if there are no features of that name; lists the valid ones.
+        """
+        return cls(
+            task.model,
+            None if features is None else task.feature(features),
+            gamma=task.gamma,
+            fixed_vr=task.fixed_vr,
+            clusters=task.clusters,
+            preferences=StatePreferences(task.preferred, task.avoided),
+            start_states=task.start_states,
+            candidates=np.flatnonzero(task.model.reachable(task.start_states)),
+        )
+
+    def __post_init__(self) -> None:
+        """Fill in the start states, and check every field against the model."""
+        n = self.model.n_states
+        if not 0 <= self.gamma < 1:
+            raise InputError(f"must lie in [0, 1), is {self.gamma}", place="gamma")
+        if self.features is not None:
+            object.__setattr__(self, "features", _table(self.features, n))
+        if self.start_states is None:
+            object.__setattr__(self, "start_states", np.flatnonzero(np.diff(self.model.first_pair)))
+        for name in ("start_states", "candidates"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _indices(name, getattr(self, name), n))
+        for name, states in self.clusters.items():
+            _indices(f"clusters: {name!r}", states, n)
+        _indices("fixed_vr: states", list(self.fixed_vr), n)
+        for name in ("preferred", "avoided"):
+            _indices(f"preferences: {name}", getattr(self.preferences, name), n)
+
+    def required_features(self, dtype: type = np.float64) -> np.ndarray:
+        """The features ``[n_states, d]`` as numbers of a type, for what cannot do without.
+
+        Raises:
+            InputError: if there are none.
+        """
+        if self.features is None:
+            raise InputError("features: this method learns from features [n_states, d]; give some")
+        return np.asarray(self.features, dtype=dtype)
+
+
+def _table(features: np.ndarray, n_states: int) -> np.ndarray:
+    table = np.asarray(features)
+    if table.ndim != 2 or len(table) != n_states or table.dtype.kind not in "fiub":
+        raise InputError(
+            f"numbers [{n_states}, d] wanted, got {table.dtype} {list(table.shape)}",
+            place="features",
+        )
+    if not np.isfinite(table).all():
+        raise InputError("must be finite, hold NaN or infinity", place="features")
+    return table
+
+
+def _indices(place: str, states: np.ndarray | list[int], n_states: int) -> np.ndarray:
+    indices = np.asarray(states)
+    if indices.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    if indices.ndim != 1 or indices.dtype.kind not in "iu":
+        raise InputError(
+            f"state indices [n] wanted, got {indices.dtype} {list(indices.shape)}", place=place
+        )
+    outside = indices[(indices < 0) | (indices >= n_states)]
+    if outside.size:
+        raise InputError(f"must lie in 0…{n_states - 1}, hold {outside[0]}", place=place)
+    return indices.astype(np.int64)

@@ -115,7 +115,7 @@ class OracleDemonstrator:
     @cached_property
     def terminal(self) -> np.ndarray:
         """Where a run ends; bool ``[n_states]``."""
-        ended = np.diff(self.model.first_pair) == 0
+        ended = self.model.widths == 0
         ended[self.goal_states] = True
         if self.lost_states is not None:
             ended[self.lost_states] = True

@@ -32,10 +32,7 @@ def backup(
 def best(model: TransitionModel, per_pair: np.ndarray, fill: float) -> np.ndarray:
     """Largest of each state's values ``[n_pairs]``; ``[n_states]``, ``fill`` without actions."""
     result = np.full(model.n_states, fill, dtype=np.float64)
-    # reduceat cannot tell an empty segment, so only states that have pairs take part.
-    acting = np.flatnonzero(np.diff(model.first_pair))
-    if acting.size:
-        result[acting] = np.maximum.reduceat(per_pair, model.first_pair[acting])
+    result[model.acting] = model.groups.maximum(per_pair)
     return result
 
 

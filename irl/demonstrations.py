@@ -58,6 +58,13 @@ class Demonstrations:
         )
 
     @classmethod
+    def from_trajectories(
+        cls, trajectories: Iterable[Iterable[tuple[int, int]]]
+    ) -> "Demonstrations":
+        """Trajectories of (state, action) pairs, numbered from 0, conflicts included."""
+        return cls.concatenate([cls.from_pairs(run, k) for k, run in enumerate(trajectories)])
+
+    @classmethod
     def empty(cls) -> "Demonstrations":
         """No demonstrations."""
         return cls.from_pairs([])

@@ -167,12 +167,56 @@ class OracleDemonstrator:
         self, state: int, rng: np.random.Generator, max_steps: int = 50
     ) -> list[tuple[int, int]]:
         """Act by ``label`` on the transition model until the run ends or ``max_steps``."""
-        pairs: list[tuple[int, int]] = []
-        while not self.terminal[state] and len(pairs) < max_steps:
-            action = self.label(state, rng)
-            pairs.append((state, action))
-            state = self.model.sample(state, action, rng)
-        return pairs
+        return _act(self, self.model, self.terminal, state, rng, max_steps)
+
+
+@dataclass(frozen=True, eq=False)
+class PolicyDemonstrator:
+    """Acts by a policy that is known: evenly among the marked actions of each state.
+
+    A run ends where none is marked.
+
+    Attributes:
+        model: the transition model.
+        actions: bool ``[n_states, n_actions]``, feasible pairs only.
+    """
+
+    model: TransitionModel
+    actions: np.ndarray
+
+    def label(self, state: int, rng: np.random.Generator) -> int:
+        """One of the marked actions.
+
+        Raises:
+            InputError: if ``state`` has none.
+        """
+        marked = np.flatnonzero(self.actions[state])
+        if not marked.size:
+            raise InputError(f"demonstrator: the policy has no action in state {state}")
+        return int(rng.choice(marked))
+
+    def trajectory(
+        self, state: int, rng: np.random.Generator, max_steps: int = 50
+    ) -> list[tuple[int, int]]:
+        """Act by ``label`` on the transition model until the run ends or ``max_steps``."""
+        return _act(self, self.model, ~self.actions.any(axis=1), state, rng, max_steps)
+
+
+def _act(
+    demonstrator: Demonstrator,
+    model: TransitionModel,
+    ended: np.ndarray,
+    state: int,
+    rng: np.random.Generator,
+    max_steps: int,
+) -> list[tuple[int, int]]:
+    """A run of what ``demonstrator`` does, until a state ``ended`` or ``max_steps``."""
+    pairs: list[tuple[int, int]] = []
+    while not ended[state] and len(pairs) < max_steps:
+        action = demonstrator.label(state, rng)
+        pairs.append((state, action))
+        state = model.sample(state, action, rng)
+    return pairs
 
 
 class RecordedDemonstrator:

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -107,10 +108,8 @@ class OracleDemonstrator:
         Raises:
             InputError: if ``label_noise`` is outside [0, 1] or ``tolerance`` is not above 0.
         """
-        if not 0 <= self.label_noise <= 1:
-            raise InputError(f"demonstrator: label_noise must lie in [0, 1], is {self.label_noise}")
-        if not self.tolerance > 0:
-            raise InputError(f"demonstrator: tolerance must be above 0, is {self.tolerance}")
+        check_range("demonstrator: label_noise", self.label_noise, 0, 1)
+        check_range("demonstrator: tolerance", self.tolerance, 0, open_low=True)
 
     @cached_property
     def terminal(self) -> np.ndarray:

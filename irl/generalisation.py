@@ -115,9 +115,7 @@ class Generalisation:
         wanted = list(rules)
         for name in wanted:
             if name not in self.rule_names:
-                raise InputError(
-                    f"generalisation: no rule {name!r}; valid: {', '.join(self.rule_names)}"
-                )
+                raise InputError(f"no rule {name!r}", place="generalisation", valid=self.rule_names)
         return [self.rule_names.index(name) for name in wanted]
 
     def following(

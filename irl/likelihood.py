@@ -73,10 +73,10 @@ class LikelihoodProblem:
         row = model.pair_index(state, action)
         if (row < 0).any():
             s, a = state[row < 0][0], action[row < 0][0]
-            begin, end = model.first_pair[[s, s + 1]]
-            feasible = ", ".join(map(str, model.pair_action[begin:end])) or "none"
             raise InputError(
-                f"demonstrations: state {s}, action {a} is infeasible; feasible there: {feasible}"
+                f"state {s}, action {a} is infeasible",
+                place="demonstrations",
+                valid=model.actions_of(s).tolist() or ["none"],
             )
         seen = Neighbourhood.of(model, np.unique(state), fixed_vr or {})
         label = np.bincount(np.searchsorted(seen.rows, row), weight, minlength=seen.rows.size)

@@ -50,6 +50,7 @@ class TransitionModel:
                 finite and positive, an entry occurs twice, or a pair's probabilities do not
                 sum to 1 within 1e-9.
         """
+        place = "transitions"
         arrays = {
             "state": np.asarray(state),
             "action": np.asarray(action),
@@ -59,19 +60,19 @@ class TransitionModel:
         shapes = {name: array.shape for name, array in arrays.items()}
         if len(set(shapes.values())) != 1 or arrays["state"].ndim != 1:
             raise InputError(
-                f"transitions: one-dimensional arrays of one length wanted, got {shapes}"
+                f"one-dimensional arrays of one length wanted, got {shapes}", place=place
             )
         for name, limit in (("state", n_states), ("action", n_actions), ("next_state", n_states)):
             array = arrays[name]
             if not np.issubdtype(array.dtype, np.integer):
                 raise InputError(
-                    f"transitions: field '{name}' must hold integers, is {array.dtype}"
+                    f"field '{name}' must hold integers, is {array.dtype}", place=place
                 )
             if array.size and (array.min() < 0 or array.max() >= limit):
-                raise InputError(f"transitions: field '{name}' must lie in 0…{limit - 1}")
+                raise InputError(f"field '{name}' must lie in 0…{limit - 1}", place=place)
         p = arrays["probability"]
         if not (np.isfinite(p).all() and (p > 0).all()):
-            raise InputError("transitions: field 'probability' must be finite and above 0")
+            raise InputError("field 'probability' must be finite and above 0", place=place)
         next_state = arrays["next_state"]
         pair = pair_key(arrays["state"], arrays["action"], n_actions)
         entry = pair * n_states + next_state
@@ -80,7 +81,7 @@ class TransitionModel:
             order = np.argsort(entry, kind="stable")
             entry, pair, next_state, p = entry[order], pair[order], next_state[order], p[order]
             if (entry[1:] == entry[:-1]).any():
-                raise InputError("transitions: an entry (state, action, next_state) occurs twice")
+                raise InputError("an entry (state, action, next_state) occurs twice", place=place)
         entries = Groups.of_sorted(pair)
         first = entries.first
         pair_state, pair_action = split_key(pair[first], n_actions)
@@ -91,9 +92,10 @@ class TransitionModel:
         if defect.size and defect.max() > 1e-9:
             worst = int(defect.argmax())
             raise InputError(
-                "transitions: field 'probability' must sum to 1 for every pair; "
+                "field 'probability' must sum to 1 for every pair; "
                 f"state {pair_state[worst]}, action {pair_action[worst]} "
-                f"is off by {defect[worst]:.3g}"
+                f"is off by {defect[worst]:.3g}",
+                place=place,
             )
         return cls(
             n_states=n_states,
@@ -162,8 +164,8 @@ class TransitionModel:
         row = int(self.pair_index(state, action))
         if row < 0:
             raise InputError(
-                f"action {action} is not feasible in state {state}; "
-                f"feasible: {self.actions_of(state).tolist()}"
+                f"action {action} is not feasible in state {state}",
+                valid=self.actions_of(state).tolist() or ["none"],
             )
         entries = slice(self.P.indptr[row], self.P.indptr[row + 1])
         return int(rng.choice(self.P.indices[entries], p=self.P.data[entries]))

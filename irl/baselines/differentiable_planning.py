@@ -160,8 +160,7 @@ class Planner:
         Raises:
             InputError: if gamma is outside [0, 1), or the maximum expands too much for it.
         """
-        if not 0 <= self.gamma < 1:
-            raise InputError(f"gamma: must lie in [0, 1), is {self.gamma}")
+        check_range("gamma", self.gamma, 0, 1, open_high=True)
         widest = int(self.model.widths.max(initial=1))
         self._rate = self.gamma * self.maximum.expansion(widest)
         if self._rate >= 1:

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from experiments.kit.command import Output, execute
 from experiments.kit.method_plots import plot_methods
 from irl.choices import check_choice, check_range
-from irl.demonstrations import Demonstrations
+from irl.collection import demonstrate
 from irl.demonstrators import OracleDemonstrator
 from irl.methods import METHODS, learn
 from irl.metrics import accuracy_optimal, success_mdp, unseen_states
@@ -74,16 +74,6 @@ def workshop(parts: int = 12, worn_out: int = 4) -> TaskData:
         clusters={"worn out": np.flatnonzero(wear == worn_out)},
         preferred=np.flatnonzero(made == parts),
         avoided=np.flatnonzero(wear == worn_out),
-    )
-
-
-def demonstrate(
-    teacher: OracleDemonstrator, starts: np.ndarray, rng: np.random.Generator
-) -> Demonstrations:
-    """One demonstrated run from each start."""
-    runs = [teacher.trajectory(int(start), rng) for start in starts]
-    return Demonstrations.concatenate(
-        [Demonstrations.from_pairs(run, trajectory=k) for k, run in enumerate(runs)]
     )
 
 

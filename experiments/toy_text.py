@@ -17,7 +17,9 @@ from tqdm import tqdm
 from experiments.kit.command import Output, execute
 from experiments.kit.method_plots import plot_methods
 from irl.choices import check_choice, check_range
+from irl.collection import demonstrate
 from irl.demonstrations import Demonstrations
+from irl.demonstrators import PolicyDemonstrator
 from irl.errors import InputError
 from irl.gymnasium_interop import TabularWorld, from_gymnasium, play
 from irl.methods import METHODS, learn
@@ -77,20 +79,13 @@ class Config:
     """Where results go."""
 
 
-def demonstrate(
+def optimal_runs(
     world: TabularWorld, Q: np.ndarray, example: Example, rng: np.random.Generator
 ) -> Demonstrations:
     """Runs that act by the true action values, equal ones drawn evenly."""
     optimal = Q.max(axis=1, keepdims=True) - 1e-7 <= Q
-    runs = []
-    for k in range(example.demonstrations):
-        state, pairs = int(rng.choice(world.start.size, p=world.start)), []
-        for _ in range(example.steps):
-            action = int(rng.choice(np.flatnonzero(optimal[state])))
-            pairs.append((state, action))
-            state = world.model.sample(state, action, rng)
-        runs.append(Demonstrations.from_pairs(pairs, trajectory=k))
-    return Demonstrations.concatenate(runs)
+    starts = (rng.choice(world.start.size, p=world.start) for _ in range(example.demonstrations))
+    return demonstrate(PolicyDemonstrator(world.model, optimal), starts, rng, example.steps)
 
 
 def indicators(sizes: tuple[int, ...]) -> np.ndarray:
@@ -163,7 +158,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             world.model, np.zeros(world.model.n_states), GAMMA, pair_reward=world.pair_reward
         )
         best = judged(env, Q, world.model.mask, goals, config)
-        shown = demonstrate(world, Q, example, np.random.default_rng(config.seed))
+        shown = optimal_runs(world, Q, example, np.random.default_rng(config.seed))
         for method in config.methods:
             bar.set_description(f"{environment} {method}")
             learnt = learn(

@@ -42,7 +42,7 @@ class BellmanBatch:
         """R(s), thesis (3.18) with γ, of the batch's states ``[m]``, from f ``[u]``."""
         seen = self.seen
         f = seen.pin(f)
-        best = np.maximum.reduceat(seen.P @ f, seen.first)
+        best = seen.groups.maximum(seen.P @ f)
         return f[seen.position(seen.states)] - self.gamma * best
 
     def value_and_gradient(
@@ -63,7 +63,7 @@ class BellmanBatch:
         seen = self.seen
         f = seen.pin(f)
         q = seen.P @ f
-        best = np.maximum.reduceat(q, seen.first)
+        best = seen.groups.maximum(q)
         own = seen.position(seen.states)
         deviation = f[own] - self.gamma * best - constant
         size = np.abs(deviation)
@@ -71,10 +71,8 @@ class BellmanBatch:
             size <= self.delta, size**2 / (2 * self.delta), size - self.delta / 2
         ).mean()
         slope = np.clip(deviation / self.delta, -1.0, 1.0) / deviation.size
-        greedy = np.flatnonzero(q == best[seen.segment])
-        first_greedy = np.searchsorted(seen.segment[greedy], np.arange(best.size))
         weight = np.zeros(q.size)
-        weight[greedy[first_greedy]] = -self.gamma * slope
+        weight[seen.groups.first_equal(q, best)] = -self.gamma * slope
         df = seen.P.T @ weight
         df[own] += slope
         df[seen.pinned] = 0.0
@@ -106,7 +104,7 @@ class BellmanTerm:
         check_range("bellman_delta", delta, 0, open_low=True)
         self._model, self._gamma, self._fixed_vr = model, gamma, dict(fixed_vr or {})
         self._delta = delta
-        eligible = np.diff(model.first_pair) > 0
+        eligible = model.widths > 0
         eligible[list(self._fixed_vr)] = False
         self._pool = np.flatnonzero(eligible)
         if self._pool.size == 0:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from irl.choices import check_range
-from irl.errors import InputError
+from irl.errors import InputError, first_line
 from irl.files import atomic_path
 from irl.identity import require_same_work
 from irl.tensor_file import from_bytes, to_bytes
@@ -110,8 +110,9 @@ def load(path: Path, identity: Mapping[str, Any]) -> tuple[dict[str, np.ndarray]
         header = json.loads(metadata["checkpoint"])
         version, content, digest = (header[k] for k in ("schema_version", "content", "digest"))
     except (OSError, ValueError, TypeError, KeyError) as error:
-        detail = (str(error).splitlines() or [""])[0]
-        raise InputError(f"{path}: not a readable checkpoint ({detail}); delete it") from error
+        raise InputError(
+            f"{path}: not a readable checkpoint ({first_line(error)}); delete it"
+        ) from error
     if version != SCHEMA_VERSION:
         raise InputError(
             f"{path}: field 'schema_version' is {version!r}; supported: {SCHEMA_VERSION}"

@@ -1,9 +1,11 @@
-"""Collecting demonstrations: a set to learn from, and one to be judged by (§5.10, §6.3)."""
+"""Collecting demonstrations: sets to learn from, and one to be judged by (§5.10, §6.3)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 
+from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
 from irl.errors import InputError
@@ -11,6 +13,51 @@ from irl.teacher import Teacher
 
 # Collecting gives up after this many trajectories in a row that brought nothing new.
 _PATIENCE = 1000
+
+
+def demonstrate(
+    demonstrator: Demonstrator,
+    starts: Iterable[int],
+    rng: np.random.Generator,
+    max_steps: int = 50,
+) -> Demonstrations:
+    """One trajectory from each start, conflicts included.
+
+    Args:
+        demonstrator: who demonstrates.
+        starts: state indices, each taken when the trajectory before it has ended, so that they may
+            be drawn on the way.
+        rng: draws the demonstrator's choices.
+        max_steps: length at which a trajectory is broken off.
+    """
+    return Demonstrations.from_trajectories(
+        demonstrator.trajectory(int(start), rng, max_steps) for start in starts
+    )
+
+
+def mislabel(
+    demonstrations: Demonstrations, wrong: np.ndarray, share: float, rng: np.random.Generator
+) -> Demonstrations:
+    """Replace a share of the labels by wrong actions, drawn evenly.
+
+    Args:
+        demonstrations: labelled pairs; they stay as they are.
+        wrong: the wrong actions of every state, bool ``[n_states, n_actions]``, such as the
+            feasible ones that are not optimal. Labels of states without any are left alone, and
+            don't count.
+        share: of the labels that can be wrong, in 0…1, rounded to a whole number of them.
+        rng: draws the labels and their new actions.
+
+    Raises:
+        InputError: if ``share`` is out of range.
+    """
+    check_range("share of wrong labels", share, 0, 1)
+    choices = wrong[demonstrations.state]
+    fallible = np.flatnonzero(choices.any(axis=1))
+    action = demonstrations.action.copy()
+    for k in rng.choice(fallible, round(share * fallible.size), replace=False):
+        action[k] = rng.choice(np.flatnonzero(choices[k]))
+    return replace(demonstrations, action=action)
 
 
 def _collect(

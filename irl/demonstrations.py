@@ -46,7 +46,7 @@ class Demonstrations:
             InputError: if ``source`` is unknown.
         """
         if source not in SOURCES:
-            raise InputError(f"demonstrations: no source {source!r}; valid: {', '.join(SOURCES)}")
+            raise InputError(f"no source {source!r}", place="demonstrations", valid=SOURCES)
         table = np.array(list(pairs), dtype=np.int64).reshape(-1, 2)
         n = len(table)
         return cls(
@@ -56,6 +56,13 @@ class Demonstrations:
             action=table[:, 1],
             source=np.full(n, SOURCES.index(source), dtype=np.uint8),
         )
+
+    @classmethod
+    def from_trajectories(
+        cls, trajectories: Iterable[Iterable[tuple[int, int]]]
+    ) -> "Demonstrations":
+        """Trajectories of (state, action) pairs, numbered from 0, conflicts included."""
+        return cls.concatenate([cls.from_pairs(run, k) for k, run in enumerate(trajectories)])
 
     @classmethod
     def empty(cls) -> "Demonstrations":
@@ -117,14 +124,15 @@ class Demonstrations:
             values = getattr(self, field)
             for row in np.flatnonzero((values < 0) | (values >= limit))[:1]:
                 raise InputError(
-                    f"{place}: row {row}, field '{field}' is {values[row]}, "
-                    f"must lie in 0…{limit - 1}"
+                    f"row {row}, field '{field}' is {values[row]}, must lie in 0…{limit - 1}",
+                    place=place,
                 )
         for row in np.flatnonzero(model.pair_index(self.state, self.action) < 0)[:1]:
             state = int(self.state[row])
             raise InputError(
-                f"{place}: row {row}, field 'action' is {self.action[row]}, not feasible in "
-                f"state {state}; feasible: {model.actions_of(state).tolist()}"
+                f"row {row}, field 'action' is {self.action[row]}, not feasible in state {state}",
+                place=place,
+                valid=model.actions_of(state).tolist() or ["none"],
             )
 
     def save(self, path: Path) -> None:
@@ -156,8 +164,7 @@ class Demonstrations:
         for number, row in enumerate(rows):
             if row[-1] not in SOURCES:
                 raise InputError(
-                    f"{path}: row {number}, field 'source' is {row[-1]!r}; "
-                    f"valid: {', '.join(SOURCES)}"
+                    f"row {number}, field 'source' is {row[-1]!r}", place=str(path), valid=SOURCES
                 )
         source = np.array([SOURCES.index(row[-1]) for row in rows], dtype=np.uint8)
         return cls(**columns, source=source)

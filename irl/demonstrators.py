@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -107,15 +108,13 @@ class OracleDemonstrator:
         Raises:
             InputError: if ``label_noise`` is outside [0, 1] or ``tolerance`` is not above 0.
         """
-        if not 0 <= self.label_noise <= 1:
-            raise InputError(f"demonstrator: label_noise must lie in [0, 1], is {self.label_noise}")
-        if not self.tolerance > 0:
-            raise InputError(f"demonstrator: tolerance must be above 0, is {self.tolerance}")
+        check_range("demonstrator: label_noise", self.label_noise, 0, 1)
+        check_range("demonstrator: tolerance", self.tolerance, 0, open_low=True)
 
     @cached_property
     def terminal(self) -> np.ndarray:
         """Where a run ends; bool ``[n_states]``."""
-        ended = np.diff(self.model.first_pair) == 0
+        ended = self.model.widths == 0
         ended[self.goal_states] = True
         if self.lost_states is not None:
             ended[self.lost_states] = True
@@ -167,12 +166,57 @@ class OracleDemonstrator:
         self, state: int, rng: np.random.Generator, max_steps: int = 50
     ) -> list[tuple[int, int]]:
         """Act by ``label`` on the transition model until the run ends or ``max_steps``."""
-        pairs: list[tuple[int, int]] = []
-        while not self.terminal[state] and len(pairs) < max_steps:
-            action = self.label(state, rng)
-            pairs.append((state, action))
-            state = self.model.sample(state, action, rng)
-        return pairs
+        return _act(self, self.model, self.terminal, state, rng, max_steps)
+
+
+@dataclass(frozen=True, eq=False)
+class PolicyDemonstrator:
+    """Acts by a policy that is known: evenly among the marked actions of each state.
+
+    A run ends where none is marked.
+
+    Attributes:
+        model: the transition model.
+        actions: bool ``[n_states, n_actions]``, feasible pairs only.
+    """
+
+    model: TransitionModel
+    actions: np.ndarray
+
+    def label(self, state: int, rng: np.random.Generator) -> int:
+        """One of the marked actions.
+
+        Raises:
+            InputError: if ``state`` has none.
+        """
+        marked = np.flatnonzero(self.actions[state])
+        if not marked.size:
+            raise InputError(f"demonstrator: the policy has no action in state {state}")
+        return int(rng.choice(marked))
+
+    def trajectory(
+        self, state: int, rng: np.random.Generator, max_steps: int = 50
+    ) -> list[tuple[int, int]]:
+        """Act by ``label`` on the transition model until the run ends or ``max_steps``."""
+        ended = ~np.asarray(self.actions.any(axis=1))
+        return _act(self, self.model, ended, state, rng, max_steps)
+
+
+def _act(
+    demonstrator: Demonstrator,
+    model: TransitionModel,
+    ended: np.ndarray,
+    state: int,
+    rng: np.random.Generator,
+    max_steps: int,
+) -> list[tuple[int, int]]:
+    """A run of what ``demonstrator`` does, until a state ``ended`` or ``max_steps``."""
+    pairs: list[tuple[int, int]] = []
+    while not ended[state] and len(pairs) < max_steps:
+        action = demonstrator.label(state, rng)
+        pairs.append((state, action))
+        state = model.sample(state, action, rng)
+    return pairs
 
 
 class RecordedDemonstrator:

@@ -3,6 +3,11 @@
 from collections.abc import Iterable
 
 
+def first_line(error: Exception) -> str:
+    """What another library's error says, as one line can hold it; its name if it says nothing."""
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
 class InputError(ValueError):
     """Something handed in is wrong; one line says where, why, and what would be valid.
 

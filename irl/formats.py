@@ -15,14 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from irl.errors import InputError
+from irl.errors import InputError, first_line
 
 # The earliest date a zip can hold: a real one would change the bytes at every writing.
 _NO_DATE = (1980, 1, 1, 0, 0, 0)
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
 
 
 def _text(path: Path) -> str:
@@ -64,7 +60,7 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(text, parse_constant=refuse)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid JSON ({_first_line(error)})") from error
+        raise InputError(f"{path}: not valid JSON ({first_line(error)})") from error
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
@@ -86,7 +82,7 @@ def read_csv(path: Path) -> tuple[list[str], list[list[str]]]:
     try:
         rows = list(csv.reader(io.StringIO(_text(Path(path)), newline=""), strict=True))
     except csv.Error as error:
-        raise InputError(f"{path}: not valid CSV ({_first_line(error)})") from error
+        raise InputError(f"{path}: not valid CSV ({first_line(error)})") from error
     if not rows or not rows[0] or len(set(rows[0])) != len(rows[0]):
         raise InputError(f"{path}: the first line must name the columns, each once")
     header, *body = rows
@@ -143,5 +139,5 @@ def read_npz(path: Path) -> dict[str, np.ndarray]:
         zlib.error,
     ) as error:
         place = f"{path}: field {name.removesuffix('.npy')!r}" if name else f"{path}:"
-        raise InputError(f"{place} cannot be read ({_first_line(error)})") from error
+        raise InputError(f"{place} cannot be read ({first_line(error)})") from error
     return arrays

@@ -7,12 +7,13 @@ from functools import cached_property
 import numpy as np
 
 from irl.errors import InputError
+from irl.pairs import pair_key
 
 FILE = "generalisation.npz"
 
 
-def _keys(state: np.ndarray, action: np.ndarray) -> np.ndarray:
-    return np.asarray(state, dtype=np.int64) << 32 | np.asarray(action, dtype=np.int64)
+# More actions than int32 can name: groups of pairs do not know how many a task has.
+_ANY_ACTION = 1 << 32
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ class Generalisation:
         same_group = self.group[order][1:] == self.group[order][:-1]
         if (same_group & (self.rule[order][1:] != self.rule[order][:-1])).any():
             raise InputError(f"{FILE}: field 'rule' differs within a group")
-        key = _keys(self.state, self.action)[order]
+        key = pair_key(self.state, self.action, _ANY_ACTION)[order]
         if (same_group & (key[1:] == key[:-1])).any():
             raise InputError(f"{FILE}: a group holds a pair (state, action) twice")
 
@@ -94,7 +95,7 @@ class Generalisation:
 
     @cached_property
     def _by_pair(self) -> tuple[np.ndarray, np.ndarray]:
-        keys = _keys(self.state, self.action)
+        keys = pair_key(self.state, self.action, _ANY_ACTION)
         order = np.argsort(keys, kind="stable")
         return keys[order], order
 
@@ -114,9 +115,7 @@ class Generalisation:
         wanted = list(rules)
         for name in wanted:
             if name not in self.rule_names:
-                raise InputError(
-                    f"generalisation: no rule {name!r}; valid: {', '.join(self.rule_names)}"
-                )
+                raise InputError(f"no rule {name!r}", place="generalisation", valid=self.rule_names)
         return [self.rule_names.index(name) for name in wanted]
 
     def following(
@@ -138,7 +137,7 @@ class Generalisation:
         """
         keys, by_pair = self._by_pair
         groups, by_group = self._by_group
-        key = _keys(np.array(state), np.array(action))
+        key = pair_key(state, action, _ANY_ACTION)
         own = by_pair[np.searchsorted(keys, key) : np.searchsorted(keys, key, side="right")]
         found = [np.zeros(0, dtype=np.int64)]
         for rule in self.rule_indices(rules):

@@ -73,15 +73,15 @@ class LikelihoodProblem:
         row = model.pair_index(state, action)
         if (row < 0).any():
             s, a = state[row < 0][0], action[row < 0][0]
-            begin, end = model.first_pair[[s, s + 1]]
-            feasible = ", ".join(map(str, model.pair_action[begin:end])) or "none"
             raise InputError(
-                f"demonstrations: state {s}, action {a} is infeasible; feasible there: {feasible}"
+                f"state {s}, action {a} is infeasible",
+                place="demonstrations",
+                valid=model.actions_of(s).tolist() or ["none"],
             )
         seen = Neighbourhood.of(model, np.unique(state), fixed_vr or {})
         label = np.bincount(np.searchsorted(seen.rows, row), weight, minlength=seen.rows.size)
         share = label / weight.sum()
-        return cls(seen, share, np.add.reduceat(share, seen.first))
+        return cls(seen, share, seen.groups.sum(share))
 
     @property
     def states(self) -> np.ndarray:
@@ -107,12 +107,12 @@ class LikelihoodProblem:
         seen = self.seen
         q = seen.P @ seen.pin(f)
         z = beta * q
-        peak = np.maximum.reduceat(z, seen.first)
-        e = np.exp(z - peak[seen.segment])
-        total = np.add.reduceat(e, seen.first)
+        peak = seen.groups.maximum(z)
+        e = np.exp(z - seen.groups.spread(peak))
+        total = seen.groups.sum(e)
         # Sums, not @: on long vectors BLAS would call up threads, slowly, and change the last bits.
         value = (self.label_share * z).sum() - (self.state_share * (np.log(total) + peak)).sum()
-        e *= (self.state_share / total)[seen.segment]
+        e *= seen.groups.spread(self.state_share / total)
         surplus = self.label_share - e  # what was demonstrated, less what the model expects
         df = seen.P_transposed @ (beta * surplus)
         df[seen.pinned] = 0.0

@@ -11,6 +11,8 @@ import numpy as np
 from scipy import sparse
 
 from irl.errors import InputError
+from irl.groups import Groups
+from irl.pairs import pair_key, split_key
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ class TransitionModel:
                 finite and positive, an entry occurs twice, or a pair's probabilities do not
                 sum to 1 within 1e-9.
         """
+        place = "transitions"
         arrays = {
             "state": np.asarray(state),
             "action": np.asarray(action),
@@ -57,48 +60,48 @@ class TransitionModel:
         shapes = {name: array.shape for name, array in arrays.items()}
         if len(set(shapes.values())) != 1 or arrays["state"].ndim != 1:
             raise InputError(
-                f"transitions: one-dimensional arrays of one length wanted, got {shapes}"
+                f"one-dimensional arrays of one length wanted, got {shapes}", place=place
             )
         for name, limit in (("state", n_states), ("action", n_actions), ("next_state", n_states)):
             array = arrays[name]
             if not np.issubdtype(array.dtype, np.integer):
                 raise InputError(
-                    f"transitions: field '{name}' must hold integers, is {array.dtype}"
+                    f"field '{name}' must hold integers, is {array.dtype}", place=place
                 )
             if array.size and (array.min() < 0 or array.max() >= limit):
-                raise InputError(f"transitions: field '{name}' must lie in 0…{limit - 1}")
+                raise InputError(f"field '{name}' must lie in 0…{limit - 1}", place=place)
         p = arrays["probability"]
         if not (np.isfinite(p).all() and (p > 0).all()):
-            raise InputError("transitions: field 'probability' must be finite and above 0")
+            raise InputError("field 'probability' must be finite and above 0", place=place)
         next_state = arrays["next_state"]
-        pair = arrays["state"].astype(np.int64) * n_actions + arrays["action"]
+        pair = pair_key(arrays["state"], arrays["action"], n_actions)
         entry = pair * n_states + next_state
         # Entries mostly come in order already, and looking costs far less than sorting.
         if not (entry[1:] > entry[:-1]).all():
             order = np.argsort(entry, kind="stable")
             entry, pair, next_state, p = entry[order], pair[order], next_state[order], p[order]
             if (entry[1:] == entry[:-1]).any():
-                raise InputError("transitions: an entry (state, action, next_state) occurs twice")
-        new_pair = np.ones(pair.size, dtype=bool)
-        new_pair[1:] = pair[1:] != pair[:-1]
-        first = np.flatnonzero(new_pair)
-        pairs = pair[first]
+                raise InputError("an entry (state, action, next_state) occurs twice", place=place)
+        entries = Groups.of_sorted(pair)
+        first = entries.first
+        pair_state, pair_action = split_key(pair[first], n_actions)
         P = sparse.csr_matrix(
-            (p, next_state, np.append(first, pair.size)), shape=(pairs.size, n_states), copy=True
+            (p, next_state, np.append(first, pair.size)), shape=(first.size, n_states), copy=True
         )
-        defect = np.abs(np.add.reduceat(p, first) - 1.0)
+        defect = np.abs(entries.sum(p) - 1.0)
         if defect.size and defect.max() > 1e-9:
             worst = int(defect.argmax())
             raise InputError(
-                "transitions: field 'probability' must sum to 1 for every pair; "
-                f"state {pairs[worst] // n_actions}, action {pairs[worst] % n_actions} "
-                f"is off by {defect[worst]:.3g}"
+                "field 'probability' must sum to 1 for every pair; "
+                f"state {pair_state[worst]}, action {pair_action[worst]} "
+                f"is off by {defect[worst]:.3g}",
+                place=place,
             )
         return cls(
             n_states=n_states,
             n_actions=n_actions,
-            pair_state=(pairs // n_actions).astype(np.int32),
-            pair_action=(pairs % n_actions).astype(np.int32),
+            pair_state=pair_state.astype(np.int32),
+            pair_action=pair_action.astype(np.int32),
             P=P,
         )
 
@@ -111,6 +114,21 @@ class TransitionModel:
     def first_pair(self) -> np.ndarray:
         """State s has the pairs ``first_pair[s]:first_pair[s + 1]``; int64 ``[n_states + 1]``."""
         return np.searchsorted(self.pair_state, np.arange(self.n_states + 1))
+
+    @cached_property
+    def widths(self) -> np.ndarray:
+        """Number of feasible actions of every state, int64 ``[n_states]``."""
+        return np.diff(self.first_pair)
+
+    @cached_property
+    def acting(self) -> np.ndarray:
+        """Indices of the states that have a feasible action, int64 ``[m]``, ascending."""
+        return np.flatnonzero(self.widths)
+
+    @cached_property
+    def groups(self) -> Groups:
+        """The pairs by state: group k holds the pairs of the state ``acting[k]``."""
+        return Groups(self.first_pair[self.acting], self.n_pairs)
 
     @cached_property
     def mask(self) -> np.ndarray:
@@ -146,8 +164,8 @@ class TransitionModel:
         row = int(self.pair_index(state, action))
         if row < 0:
             raise InputError(
-                f"action {action} is not feasible in state {state}; "
-                f"feasible: {self.actions_of(state).tolist()}"
+                f"action {action} is not feasible in state {state}",
+                valid=self.actions_of(state).tolist() or ["none"],
             )
         entries = slice(self.P.indptr[row], self.P.indptr[row + 1])
         return int(rng.choice(self.P.indices[entries], p=self.P.data[entries]))

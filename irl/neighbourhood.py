@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from irl.groups import Groups
 from irl.mdp import TransitionModel
 
 
@@ -21,8 +22,7 @@ class Neighbourhood:
     Attributes:
         states: int64 ``[m]``, each with at least one feasible pair.
         rows: int64 ``[n_pairs]``: the pairs' rows in the transition model.
-        first: int64 ``[m]``: where each state's pairs begin, as ``numpy.ufunc.reduceat`` wants.
-        segment: int64 ``[n_pairs]``: the position in ``states`` that each pair belongs to.
+        groups: the pairs by state: group k holds the pairs of ``states[k]``.
         visible: int64 ``[u]``, ascending: every successor (and every state asked for besides).
         P: CSR ``[n_pairs, u]``: the transition probabilities, columns as in ``visible``.
         pinned: int64 ``[k]``: positions in ``visible`` whose VR value is known beforehand.
@@ -31,8 +31,7 @@ class Neighbourhood:
 
     states: np.ndarray
     rows: np.ndarray
-    first: np.ndarray
-    segment: np.ndarray
+    groups: Groups
     visible: np.ndarray
     P: sparse.csr_matrix
     pinned: np.ndarray
@@ -53,10 +52,8 @@ class Neighbourhood:
         """
         states = np.asarray(states, dtype=np.int64)
         begin = model.first_pair[states]
-        width = model.first_pair[states + 1] - begin
-        first = np.concatenate(([0], np.cumsum(width[:-1]))).astype(np.int64)
-        segment = np.repeat(np.arange(states.size), width)
-        rows = np.arange(segment.size) + (begin - first)[segment]
+        groups = Groups.of_widths(model.first_pair[states + 1] - begin)
+        rows = np.arange(groups.size) + groups.spread(begin - groups.first)
         P = model.P[rows]
         # Sorting what is seen, not marking it among all states, whose number must not matter.
         asked_for = np.concatenate([P.indices, states if include_states else states[:0]])
@@ -73,8 +70,7 @@ class Neighbourhood:
         return cls(
             states=states,
             rows=rows,
-            first=first,
-            segment=segment,
+            groups=groups,
             visible=visible,
             P=compact,
             pinned=position[known],
@@ -89,7 +85,7 @@ class Neighbourhood:
     def arrays(self) -> tuple[np.ndarray, ...]:
         """Everything it consists of, for a fingerprint."""
         P = (self.P.data, self.P.indices, self.P.indptr)
-        return (self.states, self.first, self.visible, *P, self.pinned, self.pinned_value)
+        return (self.states, self.groups.first, self.visible, *P, self.pinned, self.pinned_value)
 
     def pin(self, f: np.ndarray) -> np.ndarray:
         """Copy f ``[u]`` as float64, pinned states at their known values."""

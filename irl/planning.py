@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import sparse
 
+from irl.choices import check_range
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 
@@ -32,10 +33,7 @@ def backup(
 def best(model: TransitionModel, per_pair: np.ndarray, fill: float) -> np.ndarray:
     """Largest of each state's values ``[n_pairs]``; ``[n_states]``, ``fill`` without actions."""
     result = np.full(model.n_states, fill, dtype=np.float64)
-    # reduceat cannot tell an empty segment, so only states that have pairs take part.
-    acting = np.flatnonzero(np.diff(model.first_pair))
-    if acting.size:
-        result[acting] = np.maximum.reduceat(per_pair, model.first_pair[acting])
+    result[model.acting] = model.groups.maximum(per_pair)
     return result
 
 
@@ -66,8 +64,7 @@ def value_iteration(
     """
     state_reward = np.asarray(state_reward, dtype=np.float64)
     pair_reward = _pair_rewards(model, pair_reward)
-    if not 0 <= gamma < 1:
-        raise InputError(f"value iteration: gamma must lie in [0, 1), is {gamma}")
+    check_range("value iteration: gamma", gamma, 0, 1, open_high=True)
     if state_reward.shape != (model.n_states,) or not np.isfinite(state_reward).all():
         raise InputError(
             f"value iteration: state_reward must be finite and [{model.n_states}], "

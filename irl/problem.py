@@ -71,7 +71,7 @@ class LearningProblem:
         if self.features is not None:
             object.__setattr__(self, "features", _table(self.features, n))
         if self.start_states is None:
-            object.__setattr__(self, "start_states", np.flatnonzero(np.diff(self.model.first_pair)))
+            object.__setattr__(self, "start_states", self.model.acting)
         for name in ("start_states", "candidates"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _indices(name, getattr(self, name), n))

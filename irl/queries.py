@@ -200,7 +200,7 @@ def candidate_states(
     """
     open_ = np.zeros(model.n_states, dtype=bool)
     open_[slice(None) if allowed is None else allowed] = True
-    open_ &= np.diff(model.first_pair) > 0
+    open_ &= model.widths > 0
     open_[demonstrated] = False
     return np.flatnonzero(open_)
 

@@ -114,7 +114,7 @@ def _place(name: str, entry: Any) -> tuple[np.dtype, list[int], int, int]:
         raise InputError(f"tensors: {name!r} needs dtype, shape and data_offsets")
     code, shape, offsets = entry["dtype"], entry["shape"], entry["data_offsets"]
     if not isinstance(code, str) or code not in _DTYPES:
-        raise InputError(f"tensors: {name!r} has dtype {code!r}; valid: {', '.join(_DTYPES)}")
+        raise InputError(f"{name!r} has dtype {code!r}", place="tensors", valid=_DTYPES)
     for numbers in (shape, offsets):
         if not isinstance(numbers, list) or any(type(n) is not int or n < 0 for n in numbers):
             raise InputError(f"tensors: {name!r} needs integers from 0 for shape and offsets")

@@ -31,7 +31,7 @@ def torch_device(name: str) -> torch.device:
     """
     check_choice("device", name, DEVICES)
     if name == "cuda" and not torch.cuda.is_available():
-        raise InputError("device: 'cuda' is not available to PyTorch here; choose 'cpu'")
+        raise InputError("'cuda' is not available to PyTorch here", place="device", valid=["cpu"])
     return torch.device(name)
 
 

@@ -101,10 +101,7 @@ def grid(states: int) -> GridWorld:
 
 def prepare(name: str, world: GridWorld, config: Config) -> Callable[[], object]:
     """One warmed-up iteration of a method, or where it has none its whole solve."""
-    walks = world.trajectories("diagonal")
-    shown = Demonstrations.concatenate(
-        [Demonstrations.from_pairs(walk, k) for k, walk in enumerate(walks)]
-    )
+    shown = Demonstrations.from_trajectories(world.trajectories("diagonal"))
     method, rng = METHODS[name], np.random.default_rng(config.seed)
     problem = LearningProblem(world.model, world.features, gamma=config.gamma)
     if method.iterate is None:

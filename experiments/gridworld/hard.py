@@ -16,6 +16,7 @@ import torch
 
 from experiments.gridworld.learning import Mapper, Settings, run_all
 from irl.active import ActiveConfig, Progress, active_fa_mlirl
+from irl.collection import mislabel
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import GridWorld, bar, four_rooms, goal_cell
@@ -48,14 +49,10 @@ class Case:
     def demonstrations(self, rng: np.random.Generator) -> Demonstrations:
         """The trajectories of ``world``, less or worse as the case has it."""
         walks = self.world.trajectories(self.trajectories)
-        shown = Demonstrations.concatenate(
-            [Demonstrations.from_pairs(walks[corner], corner) for corner in self.corners]
-        )
-        worse = (self.world.model.mask & ~self.demonstrator.optimal_actions)[shown.state]
-        fallible = np.flatnonzero(worse.any(axis=1))  # in some corners every move is right
-        for k in rng.choice(fallible, round(self.wrong * fallible.size), replace=False):
-            shown.action[k] = rng.choice(np.flatnonzero(worse[k]))
-        return shown
+        shown = Demonstrations.from_trajectories(walks[corner] for corner in self.corners)
+        # In some corners every move is right.
+        worse = self.world.model.mask & ~self.demonstrator.optimal_actions
+        return mislabel(shown, worse, self.wrong, rng)
 
     @cached_property
     def demonstrator(self) -> OracleDemonstrator:

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from irl.advice import Advice
+from irl.collection import demonstrate, mislabel
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert
 from irl.domains.sailing import Sailing, ideal_clusters, purity, shuffled_clusters
@@ -71,25 +72,7 @@ class Problem:
 
     def demonstrate(self, trajectories: int, rng: np.random.Generator) -> Demonstrations:
         """Perfect trajectories from random starts."""
-        return Demonstrations.concatenate(
-            [
-                Demonstrations.from_pairs(self.sailor.trajectory(int(start), rng), number)
-                for number, start in enumerate(rng.choice(self.lake.starts, trajectories))
-            ]
-        )
-
-    def with_wrong_labels(
-        self, shown: Demonstrations, share: float, rng: np.random.Generator
-    ) -> Demonstrations:
-        """Replace a share of the labels by feasible actions that are not optimal."""
-        wrong = rng.choice(len(shown), round(share * len(shown)), replace=False)
-        action = shown.action.copy()
-        for i in wrong:
-            state = shown.state[i]
-            optimal = self.sailor.optimal_actions[state]
-            others = np.setdiff1d(self.lake.model.actions_of(state), np.flatnonzero(optimal))
-            action[i] = rng.choice(others) if others.size else action[i]
-        return Demonstrations(shown.trajectory, shown.step, shown.state, action, shown.source)
+        return demonstrate(self.sailor, rng.choice(self.lake.starts, trajectories), rng)
 
 
 class Learner:
@@ -308,9 +291,10 @@ def run_seed(plan: Plan, seed: int) -> dict[str, np.ndarray]:
     result["purity"] = np.array(pure)
 
     shown = problem.demonstrate(plan.noise_demonstrations, np.random.default_rng([seed, 20]))
+    worse = lake.model.mask & ~optimal
     noisy: dict[str, list[float]] = {name: [] for name in NOISE_CURVES}
     for share in plan.noise:
-        labels = problem.with_wrong_labels(shown, share, np.random.default_rng([seed, 21]))
+        labels = mislabel(shown, worse, share, np.random.default_rng([seed, 21]))
         for name in NOISE_CURVES:
             learner = Learner(lake, labels, plan.l2, objective=False)
             if name != "demonstrations":

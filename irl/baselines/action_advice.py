@@ -22,10 +22,10 @@ from irl.advice import Advice
 from irl.baselines.ascent import proximal_ascend
 from irl.baselines.differentiable_planning import SoftMax
 from irl.baselines.planned_likelihood import PlannedLikelihood
-from irl.baselines.softmax import log_sum_exp
 from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
+from irl.groups import Groups
 from irl.mdp import TransitionModel
 from irl.uncertainty import entropy, shannon_entropy
 
@@ -110,14 +110,12 @@ class AdviceLikelihood:
     Attributes:
         P: of the feasible pairs of those states, ``[n, n_states]``.
         left: bool ``[n]``, whether the advice leaves the pair.
-        first: int64 ``[m]``, where each state's pairs begin.
-        segment: int64 ``[n]``, which of the states a pair belongs to.
+        groups: those pairs by state.
     """
 
     P: sparse.csr_matrix
     left: np.ndarray
-    first: np.ndarray
-    segment: np.ndarray
+    groups: Groups
 
     @classmethod
     def build(cls, model: TransitionModel, advice: Advice) -> "AdviceLikelihood":
@@ -141,23 +139,21 @@ class AdviceLikelihood:
         telling = left.any(axis=1) & (left != model.mask).any(axis=1)
         rows = np.flatnonzero(telling[model.pair_state])
         state = model.pair_state[rows]
-        _, first, segment = np.unique(state, return_index=True, return_inverse=True)
-        return cls(model.P[rows], left[state, model.pair_action[rows]], first, segment)
+        return cls(model.P[rows], left[state, model.pair_action[rows]], Groups.of_sorted(state))
 
     def of_values(self, f: np.ndarray) -> tuple[float, np.ndarray]:
         """Mean of log π(A_s | s), π ∝ exp(P f), and its gradient in f ``[n_states]``.
 
         Without advice both are 0.
         """
-        first, segment = self.first, self.segment
-        if not first.size:
+        groups = self.groups
+        if not len(groups):
             return 0.0, np.zeros(f.size)
-        q = self.P @ f
-        log_pi = q - log_sum_exp(q, first, segment)[segment]
+        log_pi = groups.log_softmax(self.P @ f)
         within = np.where(self.left, log_pi, -np.inf)
-        log_left = log_sum_exp(within, first, segment)
-        slope = np.exp(within - log_left[segment]) - np.exp(log_pi)
-        return float(log_left.mean()), self.P.T @ slope / first.size
+        log_left = groups.log_sum_exp(within)
+        slope = np.exp(within - groups.spread(log_left)) - np.exp(log_pi)
+        return float(log_left.mean()), self.P.T @ slope / len(groups)
 
 
 def uncertainty(

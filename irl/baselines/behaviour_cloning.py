@@ -9,7 +9,6 @@ from scipy import sparse
 from scipy.optimize import minimize
 
 from irl.baselines.features import Features, state_features
-from irl.baselines.softmax import acting_states, log_sum_exp
 from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.likelihood import LikelihoodProblem
@@ -64,9 +63,8 @@ def behaviour_cloning(
         options={"gtol": tolerance, "ftol": 0.0, "maxiter": max_iterations},
     )
     weights = answer.x.reshape(shape)
-    _, first, segment = acting_states(model)
     score = (inputs @ weights)[model.pair_state, model.pair_action]
-    return model.table(score - log_sum_exp(score, first, segment)[segment]), weights
+    return model.table(model.groups.log_softmax(score)), weights
 
 
 def value_and_gradient(
@@ -84,9 +82,8 @@ def value_and_gradient(
         The mean (≤ 0), and float64 ``[d + 1, n_actions]``.
     """
     seen = problem.seen
-    x, pair = inputs[seen.states], (seen.segment, model.pair_action[seen.rows])
-    score = (x @ weights)[pair]
-    log_pi = score - log_sum_exp(score, seen.first, seen.segment)[seen.segment]
+    x, pair = inputs[seen.states], (seen.groups.segment, model.pair_action[seen.rows])
+    log_pi = seen.groups.log_softmax((x @ weights)[pair])
     surplus = np.zeros((seen.states.size, model.n_actions))
-    surplus[pair] = problem.label_share - problem.state_share[seen.segment] * np.exp(log_pi)
+    surplus[pair] = problem.label_share - seen.groups.spread(problem.state_share) * np.exp(log_pi)
     return float(problem.label_share @ log_pi), x.T @ surplus

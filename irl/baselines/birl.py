@@ -15,7 +15,6 @@ import numpy as np
 from irl.baselines.differentiable_planning import Planner
 from irl.baselines.features import state_features
 from irl.baselines.mcmc import crank_nicolson, effective_sample_size, split_r_hat
-from irl.baselines.softmax import acting_states, log_sum_exp
 from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
@@ -90,10 +89,9 @@ class Posterior:
         """
         share = self.counts / self.counts.sum(axis=1, keepdims=True)
         entropy = -(share * np.log(np.where(share > 0, share, 1.0))).sum(axis=1)
-        width = np.diff(self.model.first_pair)
         return np.bincount(
             self.model.pair_state, entropy, minlength=self.model.n_states
-        ) / np.maximum(width, 1)
+        ) / np.maximum(self.model.widths, 1)
 
     @property
     def r_hat(self) -> float:
@@ -134,7 +132,6 @@ def birl(
     config = config or SamplingConfig()
     phi = state_features(model, features)
     problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
-    _, first, segment = acting_states(model)
     shape = config.chains, config.samples
     weights, likelihoods = np.empty((*shape, phi.shape[1])), np.empty(shape)
     acceptance = np.zeros(config.chains)
@@ -161,8 +158,7 @@ def birl(
                 step = next(steps)
                 acceptance[chain] += step.accepted / (config.samples * config.thin)
             weights[chain, sample], likelihoods[chain, sample] = step.x, step.log_likelihood
-            q = config.beta * (model.P @ step.extra)
-            pi = np.exp(q - log_sum_exp(q, first, segment)[segment])
+            pi = np.exp(model.groups.log_softmax(config.beta * (model.P @ step.extra)))
             policy += pi / (config.chains * config.samples)
             counts[pairs, np.minimum((pi * config.bins).astype(np.int64), config.bins - 1)] += 1
     reward = phi @ weights.mean(axis=(0, 1))

@@ -15,9 +15,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import bicgstab
 
-from irl.baselines.softmax import acting_states, log_sum_exp
 from irl.choices import check_range
 from irl.errors import InputError
+from irl.groups import Groups
 from irl.mdp import TransitionModel
 
 _SWEEPS = 5  # plain sweeps between two Newton steps
@@ -29,15 +29,11 @@ _KRYLOV_STEPS = 300
 class Maximum(Protocol):
     """A maximum over groups of neighbouring entries, and its slopes."""
 
-    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
-        """Maximum of each group of ``q`` ``[n]``.
-
-        ``first`` ``[m]`` says where each group begins, ``segment`` ``[n]`` which one an entry
-        belongs to; none is empty. Returns float64 ``[m]``.
-        """
+    def values(self, q: np.ndarray, groups: Groups) -> np.ndarray:
+        """Maximum of each group of ``q`` ``[n]``; float64 ``[m]``."""
         ...
 
-    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def slopes(self, q: np.ndarray, v: np.ndarray, groups: Groups) -> np.ndarray:
         """∂v/∂q ``[n]`` at ``v = values(q, …)``, each entry in its own group; none below 0."""
         ...
 
@@ -49,16 +45,14 @@ class Maximum(Protocol):
 class HardMax:
     """The maximum itself. Among equals the first carries the slope, a subgradient."""
 
-    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def values(self, q: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""
-        return np.maximum.reduceat(q, first)
+        return groups.maximum(q)
 
-    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def slopes(self, q: np.ndarray, v: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""
-        best = np.flatnonzero(q == v[segment])
-        _, first_best = np.unique(segment[best], return_index=True)
         slopes = np.zeros(q.size)
-        slopes[best[first_best]] = 1.0
+        slopes[groups.first_equal(q, v)] = 1.0
         return slopes
 
     def expansion(self, n_actions: int) -> float:
@@ -86,13 +80,13 @@ class SoftMax:
         """
         check_range("temperature", self.temperature, 0.0, open_low=True)
 
-    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def values(self, q: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""
-        return self.temperature * log_sum_exp(q / self.temperature, first, segment)
+        return self.temperature * groups.log_sum_exp(q / self.temperature)
 
-    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def slopes(self, q: np.ndarray, v: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""
-        return np.exp((q - v[segment]) / self.temperature)
+        return np.exp((q - groups.spread(v)) / self.temperature)
 
     def expansion(self, n_actions: int) -> float:
         """See ``Maximum``."""
@@ -120,18 +114,18 @@ class PNorm:
         """
         check_range("order", self.order, 1.0)
 
-    def values(self, q: np.ndarray, first: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def values(self, q: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""
         # Powers of the share of the largest, which cannot overflow.
-        peak = np.maximum(np.maximum.reduceat(q, first), 0.0)
-        share = np.maximum(q, 0.0) / np.where(peak > 0, peak, 1.0)[segment]
-        return peak * np.add.reduceat(share**self.order, first) ** (1 / self.order)
+        peak = np.maximum(groups.maximum(q), 0.0)
+        share = np.maximum(q, 0.0) / groups.spread(np.where(peak > 0, peak, 1.0))
+        return peak * groups.sum(share**self.order) ** (1 / self.order)
 
-    def slopes(self, q: np.ndarray, v: np.ndarray, segment: np.ndarray) -> np.ndarray:
+    def slopes(self, q: np.ndarray, v: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``; where all of a group is 0, what equal entries above 0 have."""
-        share = np.maximum(q, 0.0) / np.where(v > 0, v, 1.0)[segment]
-        equal = np.bincount(segment, minlength=v.size) ** (1 / self.order - 1)
-        return np.where(v[segment] > 0, share ** (self.order - 1), equal[segment])
+        share = np.maximum(q, 0.0) / groups.spread(np.where(v > 0, v, 1.0))
+        equal = groups.widths ** (1 / self.order - 1)
+        return np.where(groups.spread(v) > 0, share ** (self.order - 1), groups.spread(equal))
 
     def expansion(self, n_actions: int) -> float:
         """See ``Maximum``."""
@@ -166,10 +160,8 @@ class Planner:
         Raises:
             InputError: if gamma is outside [0, 1), or the maximum expands too much for it.
         """
-        if not 0 <= self.gamma < 1:
-            raise InputError(f"gamma: must lie in [0, 1), is {self.gamma}")
-        self._acting, self._first, self._segment = acting_states(self.model)
-        widest = int(np.diff(self.model.first_pair).max(initial=1))
+        check_range("gamma", self.gamma, 0, 1, open_high=True)
+        widest = int(self.model.widths.max(initial=1))
         self._rate = self.gamma * self.maximum.expansion(widest)
         if self._rate >= 1:
             raise InputError(
@@ -252,15 +244,14 @@ class Planner:
 
     def _values(self, q: np.ndarray) -> np.ndarray:
         V = np.zeros(self.model.n_states)
-        if self._acting.size:
-            V[self._acting] = self.maximum.values(q, self._first, self._segment)
+        V[self.model.acting] = self.maximum.values(q, self.model.groups)
         return V
 
     def _onward(self, q: np.ndarray) -> sparse.csr_matrix:
         """γ W P at the given values of the pairs, ``[n_states, n_states]``."""
         model = self.model
-        v = self._values(q)[self._acting]
-        weight = self.gamma * self.maximum.slopes(q, v, self._segment)
+        v = self._values(q)[model.acting]
+        weight = self.gamma * self.maximum.slopes(q, v, model.groups)
         used = np.flatnonzero(weight)
         choice = sparse.csr_matrix(
             (weight[used], (model.pair_state[used], used)), shape=(model.n_states, model.n_pairs)

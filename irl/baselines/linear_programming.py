@@ -133,9 +133,7 @@ class RewardProgram:
         Raises:
             InputError: if gamma or r_max is out of range.
         """
-        check_range("gamma", self.gamma, 0.0)
-        if self.gamma >= 1:
-            raise InputError(f"gamma: must be < 1, is {self.gamma}")
+        check_range("gamma", self.gamma, 0, 1, open_high=True)
         check_range("r_max", self.r_max, 0.0, open_low=True)
 
     def objective(self, l1: float, weight: np.ndarray) -> np.ndarray:
@@ -191,7 +189,8 @@ def checked_policy(model: TransitionModel, policy: np.ndarray) -> np.ndarray:
     states = np.arange(model.n_states)
     for s in np.flatnonzero((policy != -1) & (model.pair_index(states, policy) < 0))[:1]:
         raise InputError(
-            f"policy: state {s}, action {policy[s]} is not feasible; "
-            f"feasible: {model.actions_of(s).tolist()}, or -1 where a run ends"
+            f"state {s}, action {policy[s]} is not feasible",
+            place="policy",
+            valid=(*model.actions_of(s), "-1 where a run ends"),
         )
     return policy

@@ -18,7 +18,6 @@ from scipy.sparse.linalg import splu
 from irl.baselines.features import Features, state_features
 from irl.baselines.linear_programming import checked_policy, leads
 from irl.choices import check_range
-from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix
 
@@ -51,9 +50,7 @@ def lp_basis(
     """
     phi = state_features(model, features)
     policy = checked_policy(model, policy)
-    check_range("gamma", gamma, 0.0)
-    if gamma >= 1:
-        raise InputError(f"gamma: must be < 1, is {gamma}")
+    check_range("gamma", gamma, 0, 1, open_high=True)
     f = entry_values(transition_matrix(model, policy), phi, gamma)
     sampled = np.full(model.n_states, -1, dtype=np.int64)
     inside = slice(None) if states is None else states

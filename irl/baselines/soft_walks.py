@@ -26,7 +26,7 @@ class SoftWalks:
 
     def __init__(self, model: TransitionModel) -> None:
         """Regroup ``model``."""
-        width = np.diff(model.first_pair)
+        width = model.widths
         self.model = model
         self._states = np.argsort(-width, kind="stable")
         # Per place k: how many states have more than k actions; they are the first so many.

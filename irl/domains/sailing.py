@@ -24,6 +24,7 @@ from irl.choices import check_range
 from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
 from irl.mdp import TransitionModel
+from irl.pairs import pair_key
 from irl.planning import transition_matrix
 
 DIRECTIONS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
@@ -232,8 +233,8 @@ def ideal_clusters(optimal: np.ndarray, kind: np.ndarray) -> np.ndarray:
     Returns:
         int64 ``[n_states]``, −1 where a run ends.
     """
-    n_actions = optimal.shape[1]
-    return np.where(optimal.any(axis=1), kind * n_actions + optimal.argmax(axis=1), -1)
+    cluster = pair_key(kind, optimal.argmax(axis=1), optimal.shape[1])
+    return np.where(optimal.any(axis=1), cluster, -1)
 
 
 def shuffled_clusters(clusters: np.ndarray, quality: float, rng: np.random.Generator) -> np.ndarray:

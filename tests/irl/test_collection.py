@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from irl.collection import held_out, initial_demonstrations
+from irl.collection import demonstrate, held_out, initial_demonstrations, mislabel
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
@@ -26,6 +26,50 @@ def neighbours(oracle):
         np.zeros(model.n_pairs, dtype=np.uint8),
         ["neighbours"],
     )
+
+
+def test_one_trajectory_is_shown_from_each_start(oracle):
+    starts = [7, 150, 7]
+    shown = demonstrate(oracle, starts, np.random.default_rng(3), max_steps=4)
+    rng = np.random.default_rng(3)
+    for k, start in enumerate(starts):
+        run = shown.select(shown.trajectory == k)
+        assert run.pairs == oracle.trajectory(start, rng, 4)
+        assert run.step.tolist() == list(range(len(run)))
+
+
+def test_starts_are_drawn_on_the_way(oracle):
+    def starts(rng):
+        for _ in range(3):
+            yield rng.integers(200)
+
+    rng = np.random.default_rng(5)
+    shown = demonstrate(oracle, starts(rng), rng)
+    again = np.random.default_rng(5)
+    expected = [oracle.trajectory(int(again.integers(200)), again) for _ in range(3)]
+    assert shown.pairs == [pair for run in expected for pair in run]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_so_many_labels_are_wrong_as_asked_for(oracle, share):
+    model = oracle.model
+    wrong = model.mask & ~oracle.optimal_actions
+    shown = demonstrate(oracle, range(0, 200, 2), np.random.default_rng(1))
+    before = shown.action.copy()
+    noisy = mislabel(shown, wrong, share, np.random.default_rng(2))
+    changed = noisy.action != before
+    fallible = wrong[shown.state].any(axis=1)
+    assert 0 < fallible.sum() < len(shown)
+    assert changed.sum() == round(share * fallible.sum())
+    assert wrong[noisy.state[changed], noisy.action[changed]].all()
+    assert (shown.action == before).all()
+    assert noisy.state.tolist() == shown.state.tolist()
+
+
+def test_a_share_of_wrong_labels_is_a_share(oracle):
+    shown = Demonstrations.empty()
+    with pytest.raises(InputError, match="share of wrong labels"):
+        mislabel(shown, oracle.model.mask, 1.2, np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("count", [1, 60, 61, 62, 63, 100])

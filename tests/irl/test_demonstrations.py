@@ -109,7 +109,7 @@ def test_bad_csv_is_refused(tmp_path, text, words):
     [
         ((9, 0), r"row 1, field 'state' is 9, must lie in 0…3"),
         ((0, 2), r"row 1, field 'action' is 2, must lie in 0…1"),
-        ((3, 1), r"row 1, field 'action' is 1, not feasible in state 3; feasible: \[\]"),
+        ((3, 1), r"row 1, field 'action' is 1, not feasible in state 3; valid: none"),
     ],
 )
 def test_check_names_the_first_pair_that_cannot_be_done(chain, pair, words):

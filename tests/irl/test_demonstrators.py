@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert, RecordedDemonstrator
+from irl.demonstrators import (
+    ClusterAdvice,
+    OracleDemonstrator,
+    OracleExpert,
+    PolicyDemonstrator,
+    RecordedDemonstrator,
+)
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 
@@ -92,6 +98,21 @@ def test_trajectories_of_the_chain_reach_the_goal(chain):
         way = oracle.trajectory(0, np.random.default_rng(seed))
         assert way[-1] == (2, 1)
         assert all(action == 1 for _, action in way)
+
+
+def test_a_policy_is_followed_until_it_has_no_action(square):
+    actions = np.zeros((5, 3), dtype=bool)
+    actions[0, :2] = actions[1, 0] = True
+    guide = PolicyDemonstrator(square, actions)
+    rng = np.random.default_rng(0)
+    drawn = [guide.label(0, rng) for _ in range(1000)]
+    assert abs(np.mean(drawn) - 0.5) < 0.07
+    ways = [guide.trajectory(0, rng) for _ in range(20)]
+    # By 1 or by 2; in 2 nothing is marked.
+    assert {tuple(way) for way in ways} == {((0, 0), (1, 0)), ((0, 1),)}
+    assert guide.trajectory(0, rng, max_steps=0) == []
+    with pytest.raises(InputError, match="no action in state 2"):
+        guide.label(2, rng)
 
 
 def test_expert_prefers_what_is_mostly_good_and_avoids_what_never_is(oracle):

@@ -90,7 +90,7 @@ def test_samples_follow_the_probabilities(chain):
 
 
 def test_sampling_an_infeasible_pair_names_the_feasible_actions(chain):
-    with pytest.raises(InputError, match=r"action 2 .* state 1; feasible: \[0, 1\]"):
+    with pytest.raises(InputError, match=r"action 2 .* state 1; valid: 0, 1"):
         chain.sample(1, 2, np.random.default_rng(0))
 
 

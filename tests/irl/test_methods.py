@@ -42,12 +42,7 @@ class World:
         self.model = self.grid.model
         self.reward = np.eye(self.grid.n_states)[self.grid.goal_state]
         self.V, self.Q = value_iteration(self.model, self.reward, GAMMA)
-        self.walks = Demonstrations.concatenate(
-            [
-                Demonstrations.from_pairs(walk, trajectory=k)
-                for k, walk in enumerate(self.grid.trajectories("diagonal"))
-            ]
-        )
+        self.walks = Demonstrations.from_trajectories(self.grid.trajectories("diagonal"))
 
     def demonstrations(self, name: str) -> Demonstrations:
         """Four walks suffice, except for a posterior mean over 225 rewards."""

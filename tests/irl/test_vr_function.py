@@ -46,7 +46,7 @@ def test_an_absent_or_unknown_device_is_refused():
     with pytest.raises(InputError, match=r"device.*cpu, cuda"):
         network(device="tpu")
     if not torch.cuda.is_available():
-        with pytest.raises(InputError, match=r"'cuda' is not available.*'cpu'"):
+        with pytest.raises(InputError, match=r"'cuda' is not available.*valid: cpu"):
             network(device="cuda")
         with pytest.raises(InputError, match="'cuda' is not available"):
             VRFunction.from_arrays(network().arrays(), device="cuda")

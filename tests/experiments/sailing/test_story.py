@@ -127,15 +127,6 @@ def test_performance_is_one_for_the_sailor_and_zero_at_random(problem):
     assert problem.goal_reached(optimal.argmax(axis=1)) > 0.9
 
 
-def test_wrong_labels_are_as_many_as_asked_for_and_feasible(problem):
-    shown = problem.demonstrate(5, np.random.default_rng(1))
-    noisy = problem.with_wrong_labels(shown, 0.4, np.random.default_rng(2))
-    changed = noisy.action != shown.action
-    assert changed.sum() == round(0.4 * len(shown))
-    assert not problem.sailor.optimal_actions[noisy.state[changed], noisy.action[changed]].any()
-    noisy.check(problem.lake.model)
-
-
 def test_the_next_query_is_the_open_cluster_of_highest_mean_uncertainty():
     clusters = np.array([0, 0, 1, 2, 2, -1])
     uncertainty = np.array([1.0, 0.0, 0.6, 0.9, 0.3, 9.0])

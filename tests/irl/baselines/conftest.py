@@ -6,7 +6,9 @@ from functools import partial
 import numpy as np
 import pytest
 
+from irl.collection import demonstrate
 from irl.demonstrations import Demonstrations
+from irl.demonstrators import PolicyDemonstrator
 from irl.domains.gridworld import GridWorld
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix, value_iteration
@@ -55,15 +57,10 @@ def border_walks(grid, optimal_policy) -> Demonstrations:
 
 
 def _walks(grid: GridWorld, policy: np.ndarray, cells) -> Demonstrations:
-    after = grid.model.P.indices  # moves are certain: one successor a pair
-    walks = []
-    for k, cell in enumerate(cells):
-        state, pairs = grid.index(*cell), []
-        while state != grid.goal_state:
-            pairs.append((state, policy[state]))
-            state = after[grid.model.pair_index(*pairs[-1])]
-        walks.append(Demonstrations.from_pairs(pairs, trajectory=k))
-    return Demonstrations.concatenate(walks)
+    actions = np.eye(4, dtype=bool)[policy]
+    actions[grid.goal_state] = False
+    starts = [grid.index(*cell) for cell in cells]
+    return demonstrate(PolicyDemonstrator(grid.model, actions), starts, np.random.default_rng(0))
 
 
 @pytest.fixture

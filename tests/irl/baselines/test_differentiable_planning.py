@@ -4,6 +4,7 @@ from scipy.optimize import approx_fprime
 
 from irl.baselines.differentiable_planning import HardMax, Planner, PNorm, SoftMax
 from irl.errors import InputError
+from irl.groups import Groups
 from irl.mdp import TransitionModel
 from irl.planning import value_iteration
 
@@ -56,7 +57,7 @@ def test_values_agree_with_plain_sweeps(random_model, seed, maximum):
             model,
             reward,
             0.9,
-            lambda q: maximum.values(q, np.array([0]), np.zeros(q.size, int))[0],
+            lambda q: maximum.values(q, Groups.of_widths(np.array([q.size])))[0],
         )
         planner.solve(reward)
         np.testing.assert_allclose(planner.V, expected, atol=1e-8)
@@ -76,25 +77,25 @@ def test_hard_maximum_agrees_with_value_iteration(random_model, gamma):
 def test_maxima_lie_above_the_maximum_by_no_more_than_they_may(maximum):
     rng = np.random.default_rng(0)
     q = rng.random(30)
-    first, segment = np.arange(0, 30, 5), np.repeat(np.arange(6), 5)
-    v = maximum.values(q, first, segment)
+    groups = Groups.of_widths(np.full(6, 5))
+    v = maximum.values(q, groups)
     hardest = q.reshape(6, 5).max(axis=1)
     slack = {SoftMax: lambda: maximum.temperature * np.log(5), HardMax: lambda: 0.0}.get(
         type(maximum), lambda: hardest * (5 ** (1 / 80) - 1)
     )()
     assert (v >= hardest - 1e-12).all()
     assert (v <= hardest + slack + 1e-12).all()
-    slopes = maximum.slopes(q, v, segment)
+    slopes = maximum.slopes(q, v, groups)
     assert (slopes >= 0).all()
-    assert (np.add.reduceat(slopes, first) <= maximum.expansion(5) + 1e-9).all()
+    assert (groups.sum(slopes) <= maximum.expansion(5) + 1e-9).all()
 
 
 def test_p_norm_survives_powers_that_overflow_and_groups_of_zeros():
-    q, first, segment = np.array([1e5, 1e5, 0.0, 0.0]), np.array([0, 2]), np.array([0, 0, 1, 1])
+    q, groups = np.array([1e5, 1e5, 0.0, 0.0]), Groups.of_widths(np.array([2, 2]))
     norm = PNorm(100.0)
-    v = norm.values(q, first, segment)
+    v = norm.values(q, groups)
     np.testing.assert_allclose(v, [1e5 * 2**0.01, 0.0])
-    np.testing.assert_allclose(norm.slopes(q, v, segment), 2**-0.99)
+    np.testing.assert_allclose(norm.slopes(q, v, groups), 2**-0.99)
 
 
 @pytest.mark.parametrize("gamma", [0.0, 0.6, 0.95])
@@ -117,7 +118,7 @@ def test_pull_is_bellman_gradient_iteration_transposed(random_model):
     f = planner.solve(reward)
     # The published iteration: ∂Q/∂R ← P (I + γ ∂V/∂R), ∂V/∂R by the maximum's slopes.
     q = model.P @ f
-    weight = norm.slopes(q, planner.V[: int(model.pair_state.max()) + 1], model.pair_state)
+    weight = norm.slopes(q, planner.V[model.acting], model.groups)
     dV = np.zeros((12, 12))
     for _ in range(300):
         dQ = model.P @ (np.eye(12) + gamma * dV)

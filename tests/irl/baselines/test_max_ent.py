@@ -4,6 +4,7 @@ from scipy.optimize import approx_fprime
 
 from irl.baselines.max_ent import FeatureMatching, max_ent
 from irl.demonstrations import Demonstrations
+from irl.demonstrators import PolicyDemonstrator
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.planning import value_iteration
@@ -11,14 +12,11 @@ from irl.planning import value_iteration
 
 def random_walks(model, rng, lengths) -> Demonstrations:
     """One walk of each length, cut short in states without actions."""
-    walks = []
-    for name, length in enumerate(lengths):
-        state, pairs = int(rng.integers(model.n_states - 1)), []
-        while len(pairs) < length and model.actions_of(state).size:
-            pairs.append((state, int(rng.choice(model.actions_of(state)))))
-            state = model.sample(*pairs[-1], rng)
-        walks.append(Demonstrations.from_pairs(pairs, trajectory=name))
-    return Demonstrations.concatenate(walks)
+    anything = PolicyDemonstrator(model, model.mask)
+    return Demonstrations.from_trajectories(
+        anything.trajectory(int(rng.integers(model.n_states - 1)), rng, length)
+        for length in lengths
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -28,7 +28,7 @@ from irl.queries import (
 )
 from irl.teacher import Teacher
 from irl.training import TrainingConfig
-from irl.vr_function import VRFunction, torch_generator
+from irl.vr_function import DEVICES, VRFunction, torch_generator
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,8 @@ class ActiveConfig:
     """What happens to avoided actions: mask or thesis."""
     hidden: tuple[int, ...] = (150, 50)
     """Widths of the network's hidden layers."""
+    device: str = "cpu"
+    """Where the networks live: cpu, or cuda for large problems on a GPU."""
 
     def __post_init__(self) -> None:
         """Refuse values outside their range.
@@ -76,6 +78,7 @@ class ActiveConfig:
         check_choice("state_query", self.state_query, STATE_STRATEGIES)
         check_choice("cluster_query", self.cluster_query, (*CLUSTER_STRATEGIES, "none"))
         check_choice("avoid", self.avoid, AVOID_MODES)
+        check_choice("device", self.device, DEVICES)
         check_range("budget", self.budget, 0)
         check_range("batch", self.batch, 1)
         check_range("committee", self.committee, 2)
@@ -219,9 +222,15 @@ def _begin(
     if COMMITTEE_STRATEGIES & strategies:
         # Its own stream: the main network learns the same whether there is a committee or not.
         own_rng = rng.spawn(1)[0]
-        committee = Committee(problem, config.committee, config.hidden, own_rng, *start)
-    n_features = problem.required_features().shape[1]
-    network = VRFunction(n_features, config.hidden, generator=torch_generator(rng))
+        committee = Committee(
+            problem, config.committee, config.hidden, own_rng, *start, device=config.device
+        )
+    network = VRFunction(
+        problem.required_features().shape[1],
+        config.hidden,
+        generator=torch_generator(rng),
+        device=config.device,
+    )
     return ActiveState(
         learner=Learner(problem, network, *start),
         committee=committee,

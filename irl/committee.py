@@ -35,6 +35,7 @@ class Committee:
         rng: np.random.Generator,
         beta: float = 1.0,
         carry_beta: bool = False,
+        device: str = "cpu",
     ) -> None:
         """Draw ``size`` members with hidden layers of the given widths; the rest as ``Learner``."""
         self.rng = rng
@@ -42,7 +43,7 @@ class Committee:
         self.members = [
             Learner(
                 problem,
-                VRFunction(n_features, hidden, generator=torch_generator(rng)),
+                VRFunction(n_features, hidden, generator=torch_generator(rng), device=device),
                 beta,
                 carry_beta,
                 weight=rng.standard_exponential((n_states,)),

@@ -209,10 +209,11 @@ def _fa_mlirl(
     given: Inputs,
     hidden: tuple[int, ...] = HIDDEN,
     training: TrainingConfig | None = None,
+    device: str = "cpu",
 ) -> tuple[Found, int]:
     model, demonstrations = given.model, given.demonstrations
     x = given.problem.required_features()
-    network = VRFunction(x.shape[1], hidden, generator=torch_generator(given.rng))
+    network = VRFunction(x.shape[1], hidden, generator=torch_generator(given.rng), device=device)
     if training is None:
         training = TrainingConfig(beta=inverse_temperature(demonstrations))
     fixed_vr = given.problem.fixed_vr

@@ -1,6 +1,7 @@
-"""A task: all that learning needs of it, and nothing of the robot.
+"""A task in memory: the values, checked against each other; ``irl.task_data`` is for users.
 
-Errors name the file a field comes from in the task data directory, see ``irl.task_data``.
+Errors name the file a field comes from in the task data directory, which ``irl.task_data`` reads
+and writes.
 """
 
 from dataclasses import dataclass, field, fields
@@ -185,7 +186,7 @@ class TaskData:
                 self.n_states, self.n_actions, t.state, t.action, t.next_state, t.probability
             )
         except InputError as error:
-            raise InputError(str(error).replace("transitions:", "transitions.npz:", 1)) from None
+            raise error.at("transitions.npz") from None
 
     def feature(self, name: str) -> np.ndarray:
         """Features ``[n_states, d]`` by name.

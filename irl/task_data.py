@@ -1,5 +1,6 @@
-"""The task data directory: a task's files, read and written as a whole.
+"""A task on disk: the task data directory, its files read and written as a whole.
 
+Import `TaskData` and what it is made of from here; ``irl.task`` defines them.
 ``task.json`` records the SHA-256 of every other file, so its own hash names the whole task.
 """
 

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.math import RigidTransform
 
-from models.inverse_kinematics.solver import follow, solve
+from models.inverse_kinematics.optimised import follow
+from models.inverse_kinematics.solver import IkSolver
 from models.maps.gripper_poses import grasp_position, gripper_pose, via_position
 from models.maps.pose_solver import CLOSED_MARGIN
 from models.maps.reachability import ReachabilityMap
@@ -94,6 +95,7 @@ class ActionPlanner:
         """
         self._map, self._search = reachability, search
         self._empty, self._carrying = PlanningScene(), PlanningScene(carrying=True)
+        self._solver = IkSolver(self._empty)
         self.velocity_limit = self._carrying.velocity_limit
         """Of the joints, ``[7]`` [rad/s]."""
 
@@ -177,7 +179,7 @@ class ActionPlanner:
         X_WG = gripper_pose(grasp_position(p_WO, gripper), gripper)
 
         scene = self._empty_hand(MAX_OPENING, X_WO)
-        answer = solve(scene, X_WG, seed=seed)
+        answer = self._solver.solve(X_WG, seed=seed)
         if answer.q is None:
             raise Infeasible(f"gripper {gripper} at the cube: {answer.failure}")
         down = self._straight_up(scene, answer.q, APPROACH)[::-1]

@@ -9,11 +9,12 @@ import time
 import numpy as np
 
 from experiments.bench.comparison import Peers, Row, one_core
-from models.gen3 import closed_form as gen3_ik
 from models.gen3.chain import LIMIT, ROLL, Y, Z, forward
-from models.inverse_kinematics.optimised import search
+from models.gen3.closed_form import solve_first
+from models.inverse_kinematics.optimised import Starts, search
 from models.inverse_kinematics.solution import ANGLE_TOLERANCE, POSITION_TOLERANCE
-from models.inverse_kinematics.solver import closed_form, solve
+from models.inverse_kinematics.solver import IkSolver
+from models.inverse_kinematics.sweep import Sweep
 from models.maps.gripper_poses import gripper_pose
 from models.maps.workspace import REACHABLE, Decisions, Grid, WorkspaceSolver
 from models.scenes.planning_scene import HOME, PlanningScene
@@ -39,10 +40,10 @@ def _batches(peers: Peers, seed: int) -> list[Row]:
     postures = np.random.default_rng(seed).uniform(-bound, bound, (POSES, 7))
     X_BE = _poses(postures)
     R, p = np.ascontiguousarray(X_BE[:, :3, :3]), np.ascontiguousarray(X_BE[:, :3, 3])
-    gen3_ik.solve_first(R[:1], p[:1], SWEEP)
+    solve_first(R[:1], p[:1], SWEEP)
     began = time.process_time()
     for _ in range(REPEATS):
-        q, _ = gen3_ik.solve_first(R, p, SWEEP)
+        q, _ = solve_first(R, p, SWEEP)
     ours_s = (time.process_time() - began) / REPEATS
     theirs = _peer(peers, "ik_lm.py", X_BE)
     ours, lm = verified(q, X_BE), verified(theirs["q"], X_BE)
@@ -81,17 +82,18 @@ def _batches(peers: Peers, seed: int) -> list[Row]:
 
 
 def _nearest(postures: np.ndarray) -> tuple[float, float, dict[str, int]]:
-    """Seconds that `solve` and the optimiser take for the same poses; what they solved."""
+    """Seconds that `IkSolver` and the optimiser take for the same poses; what they solved."""
     scene = PlanningScene()
+    solver = IkSolver(scene)
     poses = [scene.forward(q) for q in postures if scene.is_free(q)][:FEW]
-    solve(scene, poses[0])
+    solver.solve(poses[0])
     began = time.process_time()
-    ours = sum(solve(scene, X_WG).q is not None for X_WG in poses)
+    ours = sum(solver.solve(X_WG).q is not None for X_WG in poses)
     between = time.process_time()
     theirs = 0
     for i, X_WG in enumerate(poses):
         rng = np.random.default_rng(i)
-        answers = search(scene, X_WG, seed=HOME, attempts=20, candidates=1, rng=rng)
+        answers = search(scene, X_WG, Starts(HOME, 20, rng))
         theirs += answers[0].q is not None
     ended = time.process_time()
     details = {"poses": len(poses), "ours_solved": ours, "other_solved": theirs}
@@ -110,7 +112,7 @@ def _map(peers: Peers, seed: int) -> Row:
     ours_s = time.process_time() - began
     chosen = np.random.default_rng(seed).choice(grid.total, SAMPLE, replace=False)
     p_WG, gripper = grid.poses(0, grid.total)
-    arm = closed_form(PlanningScene())
+    arm = Sweep.of(PlanningScene())
     assert arm is not None
     X_BE = np.tile(np.eye(4), (SAMPLE, 1, 1))
     for X, i in zip(X_BE, chosen, strict=True):

@@ -20,7 +20,8 @@ from experiments.reachability import gen3_lite as gen3_lite_map
 from experiments.reachability import workspace_run
 from experiments.reachability.workspace_plots import plot_slices, write_scene
 from irl.choices import check_choice, check_range
-from models.inverse_kinematics.solver import IkSolution, solve
+from models.inverse_kinematics.solution import IkSolution
+from models.inverse_kinematics.solver import IkSolver
 from models.maps import reachability, workspace_audit, workspace_csv
 from models.maps.gripper_poses import Layer, gripper_pose
 from models.maps.reachability import ReachabilityMap
@@ -143,13 +144,13 @@ def thesis(config: Config, output: Output) -> dict[str, Any]:
     }
     for name, values in layers.items():
         print(f"{name:>6}: {sum(values)} of {len(values)} poses reachable")
-    scene = PlanningScene(carrying=True)
+    solver = IkSolver(PlanningScene(carrying=True))
     for entry in the_map.entries:
         if entry.layer == Layer.CELL and not entry.value:
             why = IkSolution(None, entry.clearance, entry.failure, entry.attempts).reason()
             if entry.clearance is None:
                 X_WG = gripper_pose(entry.p_WG, entry.gripper)
-                why += f"; in closed form: {solve(scene, X_WG).reason()}"
+                why += f"; in closed form: {solver.solve(X_WG).reason()}"
             print(f"    {entry.p_WG.tolist()} by {GRIPPER_NAMES[entry.gripper]}: {why}")
     return {
         "reachable": sum(layers["cell"]),

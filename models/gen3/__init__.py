@@ -1,1 +1,7 @@
-"""The Gen3's arithmetic, compiled: chain, closed-form inverse kinematics, capsules."""
+"""The Gen3's arithmetic, compiled: no plant, no scene, millions of postures a minute.
+
+`chain` is its exact forward kinematics. `closed_form` finds every posture that brings the end
+effector to a pose with a given third joint (`solve_branches`, and for many poses `solve_batch`):
+`branches` guesses them for an arm with right angles, `newton` makes them exact. `capsules` sorts
+out postures that collide for certain.
+"""

@@ -6,6 +6,7 @@ the `PlanningScene`, evaluated afresh, decide.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -37,39 +38,51 @@ _OPTIONS.SetOption(SnoptSolver.id(), "Major feasibility tolerance", 1e-8)
 _OPTIONS.SetOption(SnoptSolver.id(), "Major iterations limit", 200)
 
 
+@dataclass(frozen=True)
+class Starts:
+    """Where a search starts.
+
+    Attributes:
+        seed: ``[7]`` [rad]; the first start, and what answers are drawn towards.
+        attempts: starts in all; those after the first need ``rng``.
+        rng: source of the further ones, postures about ``seed``; None tries ``seed`` only.
+    """
+
+    seed: np.ndarray
+    attempts: int = 1
+    rng: np.random.Generator | None = None
+
+
 def search(
     scene: PlanningScene,
     X_WG: RigidTransform,
+    starts: Starts,
     *,
-    seed: np.ndarray,
-    attempts: int,
-    candidates: int,
-    rng: np.random.Generator | None,
+    candidates: int = 1,
     margin: float = MARGIN,
     constrain: Constrain | None = None,
 ) -> list[IkSolution]:
     """Find up to ``candidates`` different answers with every distance above ``margin``.
 
-    Endless joints are wound to within half a turn of ``seed``, unless ``constrain`` is given.
+    Endless joints are wound to within half a turn of the seed, unless ``constrain`` is given.
 
     Args:
         scene: the robot and what to keep clear of.
         X_WG: wanted pose of the tool centre point.
-        seed: ``[7]`` [rad]; answers are drawn towards it.
-        attempts: starting points; the first is ``seed``, the others need ``rng``.
+        starts: the postures to start from.
         candidates: different answers to gather.
-        rng: source of the further starting points; None tries ``seed`` only.
         margin: smallest allowed distance [m].
         constrain: adds constraints; Newton's method, which knows none, is left out then.
 
     Returns:
-        The answers, nearest to ``seed`` first; or one failure.
+        The answers, nearest to the seed first; or one failure.
     """
+    seed, rng = starts.seed, starts.rng
     found: list[IkSolution] = []
     best: Clearance | None = None
-    starts = attempts if rng is not None else 1
+    attempts = starts.attempts if rng is not None else 1
     attempt = 0
-    while attempt < starts and len(found) < candidates:
+    while attempt < attempts and len(found) < candidates:
         start = None
         if attempt and rng is not None:
             start = seed + rng.normal(0.0, min(0.3 * attempt, 1.5), len(seed))

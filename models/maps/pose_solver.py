@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.inverse_kinematics.optimised import search
+from models.inverse_kinematics.optimised import Starts, search
 from models.inverse_kinematics.solution import Failure, IkSolution, reaches
 from models.maps.gripper_poses import Layer, gripper_pose, pose_key
 from models.scenes.gripper import MAX_OPENING
@@ -69,14 +69,7 @@ class PoseSolver:
 
     def near(self, layer: Layer, p_WG: np.ndarray, gripper: int, q: np.ndarray) -> Entry:
         """Solve a pose from the posture ``q [7]`` alone; the fast way where it is close."""
-        answers = search(
-            self._scene(p_WG),
-            gripper_pose(p_WG, gripper),
-            seed=q,
-            attempts=1,
-            candidates=1,
-            rng=None,
-        )
+        answers = search(self._scene(p_WG), gripper_pose(p_WG, gripper), Starts(q))
         return self._judge(layer, p_WG, gripper, answers[0])
 
     def alone(
@@ -91,10 +84,8 @@ class PoseSolver:
         answers = search(
             self._scene(p_WG),
             gripper_pose(p_WG, gripper),
-            seed=q,
-            attempts=ATTEMPTS,
+            Starts(q, ATTEMPTS, stream),
             candidates=CANDIDATES,
-            rng=stream,
         )
         return [self._judge(layer, p_WG, gripper, answer) for answer in answers]
 
@@ -117,7 +108,7 @@ class PoseSolver:
         return entry if entry.value else None
 
     def _judge(self, layer: Layer, p_WG: np.ndarray, gripper: int, answer: IkSolution) -> Entry:
-        """Wind an answer towards `HOME` and hold it against the margins."""
+        """Wind an answer towards `HOME` and compare it with the margins."""
         q, clearance, failure = answer.q, answer.clearance, answer.failure
         if q is not None and clearance is not None:
             q = self._scene(p_WG).wind(q, HOME)

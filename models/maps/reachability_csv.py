@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from models.errors import ModelError
-from models.inverse_kinematics.solver import Failure
+from models.inverse_kinematics.solution import Failure
 from models.maps.gripper_poses import Layer, pose_key
 from models.maps.pose_solver import Entry
 from models.maps.reachability import ReachabilityMap

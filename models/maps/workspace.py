@@ -17,7 +17,7 @@ from models.gen3.capsules import DOUBTFUL, FREE, SELF, Capsules, arrays, check
 from models.gen3.chain import Array
 from models.gen3.newton import BEYOND_LIMITS, MET, NOT_MET, OUT_OF_REACH, work_arrays
 from models.inverse_kinematics.solution import Failure, collision_failure, reaches
-from models.inverse_kinematics.solver import closed_form
+from models.inverse_kinematics.sweep import Sweep
 from models.maps.gripper_poses import gripper_pose
 from models.scenes.planning_scene import MARGIN, Clearance, PlanningScene
 from models.task.spaces import N_TARGETS
@@ -129,7 +129,7 @@ class WorkspaceSolver:
         """
         self.margin = margin
         self._scene = PlanningScene()
-        arm = closed_form(self._scene)
+        arm = Sweep.of(self._scene)
         if arm is None:
             raise ModelError("workspace map: the scene's arm; valid: the Gen3")
         self._arm = arm

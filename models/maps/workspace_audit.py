@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.math import RigidTransform
 
-from models.inverse_kinematics.optimised import follow, search
+from models.inverse_kinematics.optimised import Starts, follow, search
 from models.inverse_kinematics.solution import reaches
 from models.maps.gripper_poses import gripper_pose
 from models.maps.workspace import REACHABLE
@@ -100,7 +100,7 @@ def is_reachable(
             return False
         if optimised < OPTIMISED:
             optimised += 1
-            answers = search(scene, X_WG, seed=q, attempts=1, candidates=1, rng=None, margin=margin)
+            answers = search(scene, X_WG, Starts(q), margin=margin)
             if answers[0].q is not None:
                 return True
     return False

@@ -7,8 +7,6 @@ query thus proves a neighbourhood of its configuration free, and neighbourhoods 
 prove a path.
 """
 
-from weakref import WeakKeyDictionary
-
 import numpy as np
 from pydrake.geometry import GeometryId
 from pydrake.math import RigidTransform
@@ -31,6 +29,7 @@ class MotionBounds:
     """Levers of a scene's robot, whatever the opening of its fingers.
 
     Attributes:
+        scene: the robot and what to keep clear of.
         levers: ``[8, 7]`` [m]: the farthest that any collision shape of link 0 … 7 can be from
             the axis of each joint up to its own, 0 for the joints beyond. Link 0 stands still,
             link 7 is the bracelet with the hand and what that carries.
@@ -38,6 +37,7 @@ class MotionBounds:
 
     def __init__(self, scene: PlanningScene) -> None:
         """Measure the collision shapes of ``scene``."""
+        self.scene = scene
         plant = scene.plant
         self._query_port = plant.get_geometry_query_input_port()
         inspector = self._query_port.Eval(scene.context).inspector()
@@ -80,7 +80,6 @@ class MotionBounds:
 
     def free_share(
         self,
-        scene: PlanningScene,
         q: np.ndarray,
         rates: np.ndarray,
         *,
@@ -91,7 +90,6 @@ class MotionBounds:
         """Share of a step that can be taken from ``q [7]``, either way, surely free.
 
         Args:
-            scene: what to keep clear of; the one that was measured.
             q: where the step is taken [rad].
             rates: of the step, from `rates`.
             margin: distances at ``q`` must be above [m].
@@ -101,8 +99,8 @@ class MotionBounds:
         Returns:
             The share, above 0 and perhaps above 1; −1 if a distance at ``q`` is within ``margin``.
         """
-        scene.forward(q)
-        geometry = self._query_port.Eval(scene.context)
+        self.scene.forward(q)
+        geometry = self._query_port.Eval(self.scene.context)
         share = (query - kept) / max(float(rates.max()), 1e-9)
         for pair in geometry.ComputeSignedDistancePairwiseClosestPoints(query):
             if pair.distance <= margin:
@@ -111,16 +109,6 @@ class MotionBounds:
             if pair.distance - kept < share * rate:
                 share = (pair.distance - kept) / rate
         return float(share)
-
-
-def motion_bounds(scene: PlanningScene) -> MotionBounds:
-    """The bounds of a scene's robot, measured once."""
-    if scene not in _measured:
-        _measured[scene] = MotionBounds(scene)
-    return _measured[scene]
-
-
-_measured: WeakKeyDictionary[PlanningScene, MotionBounds] = WeakKeyDictionary()
 
 
 def _centres(axes: list[RigidTransform]) -> list[np.ndarray]:

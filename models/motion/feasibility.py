@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from models.maps.reachability import ReachabilityMap
-from models.motion.paths import segment_is_free
+from models.motion.paths import PathPlanner
 from models.motion.planner import ActionPlanner, Infeasible
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import CUBE_WIDTH, HOME, PlanningScene
@@ -110,7 +110,7 @@ class _Roads:
     """Straight segments that a hand with the cube can take, each looked at once."""
 
     def __init__(self) -> None:
-        self._scene = PlanningScene(carrying=True)
+        self._paths = PathPlanner(PlanningScene(carrying=True))
         self._known: dict[frozenset[bytes], bool] = {}
 
     def is_open(self, stops: list[np.ndarray]) -> bool:
@@ -119,7 +119,7 @@ class _Roads:
     def _is_free(self, a: np.ndarray, b: np.ndarray) -> bool:
         key = frozenset((a.tobytes(), b.tobytes()))
         if key not in self._known:
-            self._known[key] = segment_is_free(self._scene, a, b)
+            self._known[key] = self._paths.segment_is_free(a, b)
         return self._known[key]
 
 

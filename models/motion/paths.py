@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.motion.bounds import motion_bounds
-from models.motion.rrt_connect import connect
+from models.motion.bounds import MotionBounds
+from models.motion.rrt_connect import Space, connect
 from models.scenes.planning_scene import MARGIN, PlanningScene
 
 PROVED = 0.5
@@ -25,44 +25,123 @@ CORNER_QUERY = 0.2
 """How far to look for distances at a corner that is to be rounded [m]."""
 
 
-def segment_is_free(
-    scene: PlanningScene, q_from: np.ndarray, q_to: np.ndarray, margin: float = MARGIN
-) -> bool:
-    """Whether the straight segment keeps its distances: `PROVED` · ``margin`` everywhere.
+class PathPlanner:
+    """Free paths in one scene, whose robot is measured once.
 
-    Every configuration looked at keeps all of ``margin``, the end among them. A start that
-    does not is where the robot already is: then the proof begins after `LEEWAY`.
+    The fingers may open and the cube may move between two questions: the scene is asked as it is.
 
-    Args:
-        scene: what to keep clear of.
-        q_from: ``[7]`` [rad].
-        q_to: ``[7]`` [rad]; wound towards ``q_from`` first.
-        margin: smallest allowed distance [m].
+    Attributes:
+        scene: the robot and what to keep clear of.
     """
-    bounds = motion_bounds(scene)
-    step = scene.wind(q_to, q_from) - q_from
-    rates = bounds.rates(step)
 
-    def free_share(at: float) -> float:
-        q = q_from + at * step
-        return bounds.free_share(scene, q, rates, margin=margin, kept=PROVED * margin)
+    def __init__(self, scene: PlanningScene) -> None:
+        """Measure the robot of ``scene``."""
+        self.scene = scene
+        self._bounds = MotionBounds(scene)
 
-    last = free_share(1.0)
-    if last < 0.0:
-        return False
-    first = free_share(0.0)
-    if first < 0.0:
-        first = LEEWAY / max(rates.max(), LEEWAY)
-    # The widest gaps come first: a segment that collides mostly does so for a good part of it.
-    gaps = [(first, 1.0 - last)]
-    for low, high in gaps:
-        if low < high:
-            middle = (low + high) / 2.0
-            share = free_share(middle)
-            if share < 0.0:
-                return False
-            gaps += [(low, middle - share), (middle + share, high)]
-    return True
+    def segment_is_free(self, q_from: np.ndarray, q_to: np.ndarray, margin: float = MARGIN) -> bool:
+        """Whether the straight segment keeps its distances: `PROVED` · ``margin`` everywhere.
+
+        Every configuration looked at keeps all of ``margin``, the end among them. A start that
+        does not is where the robot already is: then the proof begins after `LEEWAY`.
+
+        Args:
+            q_from: ``[7]`` [rad].
+            q_to: ``[7]`` [rad]; wound towards ``q_from`` first.
+            margin: smallest allowed distance [m].
+        """
+        step = self.scene.wind(q_to, q_from) - q_from
+        rates = self._bounds.rates(step)
+
+        def free_share(at: float) -> float:
+            q = q_from + at * step
+            return self._bounds.free_share(q, rates, margin=margin, kept=PROVED * margin)
+
+        last = free_share(1.0)
+        if last < 0.0:
+            return False
+        first = free_share(0.0)
+        if first < 0.0:
+            first = LEEWAY / max(rates.max(), LEEWAY)
+        # The widest gaps come first: a segment that collides mostly does so for a good part of it.
+        gaps = [(first, 1.0 - last)]
+        for low, high in gaps:
+            if low < high:
+                middle = (low + high) / 2.0
+                share = free_share(middle)
+                if share < 0.0:
+                    return False
+                gaps += [(low, middle - share), (middle + share, high)]
+        return True
+
+    def plan(
+        self,
+        q_from: np.ndarray,
+        q_to: np.ndarray,
+        vias: Iterable[Sequence[np.ndarray]] = (),
+        margin: float = MARGIN,
+        search: np.random.Generator | None = None,
+    ) -> np.ndarray | None:
+        """Find a free path: the straight one, else the first through vias, else by search.
+
+        Args:
+            q_from: ``[7]`` [rad].
+            q_to: ``[7]`` [rad]; endless joints may end other turns away.
+            vias: lists of configurations ``[7]`` [rad] to go through, tried in order.
+            margin: smallest allowed distance [m].
+            search: source of the samples of an RRT-Connect search; None does without.
+
+        Returns:
+            Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if none was found.
+        """
+        scene = self.scene
+
+        def is_free(a: np.ndarray, b: np.ndarray) -> bool:
+            return self.segment_is_free(a, b, margin)
+
+        for between in [(), *vias]:
+            path = wind_path(scene, [q_from, *between, q_to])
+            if all(is_free(a, b) for a, b in pairwise(path)):
+                return path
+        if search is None or not scene.is_free(q_to, margin):
+            return None
+        lower = np.where(scene.continuous, q_from - np.pi, scene.lower)
+        upper = np.where(scene.continuous, q_from + np.pi, scene.upper)
+        space = Space(is_free, lower, upper, self._bounds.levers[-1])
+        found = connect(q_from, scene.wind(q_to, q_from), space, search)
+        return None if found is None else wind_path(scene, list(found))
+
+    def corner_cuts(self, waypoints: np.ndarray, margin: float = MARGIN) -> np.ndarray:
+        """How far before and after each waypoint a motion may leave the path to round its corner.
+
+        A corner and the points ``cut`` before and after it span a triangle. The bounds at the
+        corner prove the two points free, and with them all the triangle: a bound on the motion is
+        a norm, so it is largest at a vertex.
+
+        Args:
+            waypoints: ``[n, 7]`` [rad] of a free path.
+            margin: smallest allowed distance at the corner [m]; the triangle keeps `PROVED` of it.
+
+        Returns:
+            Lengths in joint space ``[n]`` [rad], at most half a segment; 0 at both ends and at
+            corners that do not keep the margin.
+        """
+        bounds = self._bounds
+        steps = np.diff(waypoints, axis=0)
+        lengths = np.linalg.norm(steps, axis=1)
+        cuts = np.zeros(len(waypoints))
+        for i in range(1, len(waypoints) - 1):
+            before, after = lengths[i - 1], lengths[i]
+            if min(before, after) > 0.0:
+                rates = np.maximum(
+                    bounds.rates(steps[i - 1] / before), bounds.rates(steps[i] / after)
+                )
+                proved = bounds.free_share(
+                    waypoints[i], rates, margin=margin, kept=PROVED * margin, query=CORNER_QUERY
+                )
+                # Half of what is proved, so as not to spend the whole distance on speed.
+                cuts[i] = np.clip(proved, 0.0, min(before, after)) / 2.0
+        return cuts
 
 
 def plan_path(
@@ -73,7 +152,9 @@ def plan_path(
     margin: float = MARGIN,
     search: np.random.Generator | None = None,
 ) -> np.ndarray | None:
-    """Find a free path: the straight one, else the first through vias, else by search.
+    """Answer one question: `PathPlanner.plan` of a planner made for it.
+
+    Measuring the scene's robot takes some 50 ms; whoever asks often keeps a `PathPlanner`.
 
     Args:
         scene: what to keep clear of.
@@ -86,21 +167,7 @@ def plan_path(
     Returns:
         Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if none was found.
     """
-
-    def is_free(a: np.ndarray, b: np.ndarray) -> bool:
-        return segment_is_free(scene, a, b, margin)
-
-    for between in [(), *vias]:
-        path = wind_path(scene, [q_from, *between, q_to])
-        if all(is_free(a, b) for a, b in pairwise(path)):
-            return path
-    if search is None or not scene.is_free(q_to, margin):
-        return None
-    lower = np.where(scene.continuous, q_from - np.pi, scene.lower)
-    upper = np.where(scene.continuous, q_from + np.pi, scene.upper)
-    weights = motion_bounds(scene).levers[-1]
-    found = connect(q_from, scene.wind(q_to, q_from), is_free, lower, upper, weights, search)
-    return None if found is None else wind_path(scene, list(found))
+    return PathPlanner(scene).plan(q_from, q_to, vias, margin, search)
 
 
 def wind_path(scene: PlanningScene, waypoints: Sequence[np.ndarray]) -> np.ndarray:
@@ -109,35 +176,3 @@ def wind_path(scene: PlanningScene, waypoints: Sequence[np.ndarray]) -> np.ndarr
     for q in waypoints[1:]:
         path.append(scene.wind(q, path[-1]))
     return np.array(path)
-
-
-def corner_cuts(scene: PlanningScene, waypoints: np.ndarray, margin: float = MARGIN) -> np.ndarray:
-    """How far before and after each waypoint a motion may leave the path to round its corner.
-
-    A corner and the points ``cut`` before and after it span a triangle. The bounds at the
-    corner prove the two points free, and with them all the triangle: a bound on the motion is
-    a norm, so it is largest at a vertex.
-
-    Args:
-        scene: what to keep clear of.
-        waypoints: ``[n, 7]`` [rad] of a free path.
-        margin: smallest allowed distance at the corner [m]; the triangle keeps `PROVED` of it.
-
-    Returns:
-        Lengths in joint space ``[n]`` [rad], at most half a segment; 0 at both ends and at
-        corners that do not keep the margin.
-    """
-    bounds = motion_bounds(scene)
-    steps = np.diff(waypoints, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    cuts = np.zeros(len(waypoints))
-    for i in range(1, len(waypoints) - 1):
-        before, after = lengths[i - 1], lengths[i]
-        if min(before, after) > 0.0:
-            rates = np.maximum(bounds.rates(steps[i - 1] / before), bounds.rates(steps[i] / after))
-            proved = bounds.free_share(
-                scene, waypoints[i], rates, margin=margin, kept=PROVED * margin, query=CORNER_QUERY
-            )
-            # Half of what is proved, so as not to spend the whole distance on speed.
-            cuts[i] = np.clip(proved, 0.0, min(before, after)) / 2.0
-    return cuts

@@ -20,11 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.math import RigidTransform
 
-from models.inverse_kinematics.solver import follow, solve
+from models.inverse_kinematics.optimised import follow
+from models.inverse_kinematics.solver import IkSolver
 from models.maps.gripper_poses import grasp_position, gripper_pose, via_position
 from models.maps.pose_solver import CLOSED_MARGIN
 from models.maps.reachability import ReachabilityMap
-from models.motion.paths import corner_cuts, plan_path, segment_is_free, wind_path
+from models.motion.paths import PathPlanner, wind_path
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import CUBE_WIDTH, HOME, MARGIN, PlanningScene
 from models.task.spaces import GRID_Z, POSITIONS, REST_HEIGHT, VERTICAL, Action, Kind
@@ -57,7 +58,7 @@ class Move:
     Attributes:
         waypoints: ``[n, 7]`` [rad], n ≥ 2; the joints move in proportion between two of them.
         cuts: how far before and after each waypoint its corner may be rounded ``[n]`` [rad],
-            as `corner_cuts` proves; None rests at every corner.
+            as `PathPlanner.corner_cuts` proves; None rests at every corner.
     """
 
     waypoints: np.ndarray
@@ -93,8 +94,11 @@ class ActionPlanner:
                 it always draws the same samples.
         """
         self._map, self._search = reachability, search
-        self._empty, self._carrying = PlanningScene(), PlanningScene(carrying=True)
-        self.velocity_limit = self._carrying.velocity_limit
+        self._empty, self._carrying = (
+            PathPlanner(PlanningScene(carrying=carrying)) for carrying in (False, True)
+        )
+        self._solver = IkSolver(self._empty.scene)
+        self.velocity_limit = self._carrying.scene.velocity_limit
         """Of the joints, ``[7]`` [rad/s]."""
 
     def plan(
@@ -176,21 +180,21 @@ class ActionPlanner:
         p_WO = np.array([x, y, np.clip(z, *GRASP_HEIGHTS)])
         X_WG = gripper_pose(grasp_position(p_WO, gripper), gripper)
 
-        scene = self._empty_hand(MAX_OPENING, X_WO)
-        answer = solve(scene, X_WG, seed=seed)
+        paths = self._empty_hand(MAX_OPENING, X_WO)
+        answer = self._solver.solve(X_WG, seed=seed)
         if answer.q is None:
             raise Infeasible(f"gripper {gripper} at the cube: {answer.failure}")
-        down = self._straight_up(scene, answer.q, APPROACH)[::-1]
+        down = self._straight_up(paths, answer.q, APPROACH)[::-1]
         via = self._via(position, gripper)
-        path = self._path(scene, q, down[0], [via, *self._crossroads(position)])
-        approach = _rounded(scene, wind_path(scene, [*path, *down[1:]]))
+        path = self._path(paths, q, down[0], [via, *self._crossroads(position)])
+        approach = _rounded(paths, wind_path(paths.scene, [*path, *down[1:]]))
         q_grasp = approach.waypoints[-1]
 
-        scene = self._empty_hand(CUBE_WIDTH, None)
-        if not scene.is_free(q_grasp, CLOSED_MARGIN):
+        paths = self._empty_hand(CUBE_WIDTH, None)
+        if not paths.scene.is_free(q_grasp, CLOSED_MARGIN):
             raise Infeasible(f"gripper {gripper} at the cube: closed, it touches something")
         height = max(0.0, GRID_Z[0] - X_WG.translation()[2])
-        lift = self._straight_up(scene, q_grasp, height, CLOSED_MARGIN)
+        lift = self._straight_up(paths, q_grasp, height, CLOSED_MARGIN)
         centring = self._path(self._carrying, lift[-1], cell, [via])
         opening = () if width > MAX_OPENING - 1e-3 else (OPEN,)
         raising = _rounded(self._carrying, np.vstack([lift, centring[1:]]))
@@ -200,27 +204,28 @@ class ActionPlanner:
         self, position: int, gripper: int, q: np.ndarray, X_WO: RigidTransform
     ) -> tuple[Move | Grip, ...]:
         """Open, withdraw straight up, and go home."""
-        scene = self._empty_hand(MAX_OPENING, None)
-        if not scene.is_free(q, MARGIN):
+        paths = self._empty_hand(MAX_OPENING, None)
+        if not paths.scene.is_free(q, MARGIN):
             raise Infeasible("there is no room to open the fingers")
-        up = self._withdraw(scene, q)
+        up = self._withdraw(paths, q)
         x, y, _ = X_WO.translation()
-        scene = self._empty_hand(MAX_OPENING, RigidTransform(np.array([x, y, REST_HEIGHT])))
+        paths = self._empty_hand(MAX_OPENING, RigidTransform(np.array([x, y, REST_HEIGHT])))
         vias = [self._via(position, gripper), *self._crossroads(position)]
-        home = self._path(scene, up[-1], HOME, vias)
-        return OPEN, _rounded(scene, np.vstack([up, home[1:]]))
+        home = self._path(paths, up[-1], HOME, vias)
+        return OPEN, _rounded(paths, np.vstack([up, home[1:]]))
 
-    def _withdraw(self, scene: PlanningScene, q: np.ndarray) -> np.ndarray:
+    def _withdraw(self, paths: PathPlanner, q: np.ndarray) -> np.ndarray:
         """Waypoints ``[n, 7]`` [rad] straight up, by the first of `WITHDRAWALS` that works."""
         for height in WITHDRAWALS[:-1]:
             with suppress(Infeasible):
-                return self._straight_up(scene, q, height)
-        return self._straight_up(scene, q, WITHDRAWALS[-1])
+                return self._straight_up(paths, q, height)
+        return self._straight_up(paths, q, WITHDRAWALS[-1])
 
     def _straight_up(
-        self, scene: PlanningScene, q: np.ndarray, height: float, margin: float = MARGIN
+        self, paths: PathPlanner, q: np.ndarray, height: float, margin: float = MARGIN
     ) -> np.ndarray:
         """Waypoints ``[n, 7]`` [rad] that raise the hand by ``height`` [m] without turning it."""
+        scene = paths.scene
         X_WG = scene.forward(q)
         waypoints = [q]
         for rise in np.linspace(0.0, height, int(np.ceil(height / RISE)) + 1)[1:]:
@@ -228,20 +233,20 @@ class ActionPlanner:
             q_next = follow(scene, X_target, waypoints[-1])
             if q_next is None or np.abs(q_next - waypoints[-1]).max() > JOINT_STEP:
                 raise Infeasible("no posture follows the hand straight up")
-            if not segment_is_free(scene, waypoints[-1], q_next, margin):
+            if not paths.segment_is_free(waypoints[-1], q_next, margin):
                 raise Infeasible(f"straight up: too near, {scene.clearance(q_next).bodies}")
             waypoints.append(q_next)
         return np.array(waypoints)
 
     def _path(
         self,
-        scene: PlanningScene,
+        paths: PathPlanner,
         q: np.ndarray,
         goal: np.ndarray,
         vias: Sequence[Sequence[np.ndarray]],
     ) -> np.ndarray:
         search = np.random.default_rng(0) if self._search else None
-        path = plan_path(scene, q, goal, vias, search=search)
+        path = paths.plan(q, goal, vias, search=search)
         if path is None:
             raise Infeasible("no free path found")
         return path
@@ -256,13 +261,13 @@ class ActionPlanner:
         above = (self._via(position, gripper) for position in positions for gripper in VERTICAL)
         return [[HOME], *above]
 
-    def _empty_hand(self, width: float, X_WO: RigidTransform | None) -> PlanningScene:
-        """The scene without a carried cube, its fingers and free cube as wanted."""
-        self._empty.open_to(width)
-        self._empty.place_cube(X_WO)
+    def _empty_hand(self, width: float, X_WO: RigidTransform | None) -> PathPlanner:
+        """Paths without a carried cube, the fingers and the free cube as wanted."""
+        self._empty.scene.open_to(width)
+        self._empty.scene.place_cube(X_WO)
         return self._empty
 
 
-def _rounded(scene: PlanningScene, waypoints: np.ndarray) -> Move:
-    """A move whose corners are rounded as far as ``scene`` allows."""
-    return Move(waypoints, corner_cuts(scene, waypoints))
+def _rounded(paths: PathPlanner, waypoints: np.ndarray) -> Move:
+    """A move whose corners are rounded as far as the scene allows."""
+    return Move(waypoints, paths.corner_cuts(waypoints))

@@ -6,6 +6,7 @@ Planning", 2007. Knows nothing of robots: whether a segment is free is a functio
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +18,24 @@ SHORTCUTS = 60
 """Random shortcuts tried on a path that was found."""
 
 IsFree = Callable[[np.ndarray, np.ndarray], bool]
+
+
+@dataclass(frozen=True)
+class Space:
+    """Where to search.
+
+    Attributes:
+        is_free: whether the straight segment between two configurations is free; the first is
+            a node already, hence free.
+        lower: least of the samples ``[d]``.
+        upper: largest of the samples ``[d]``.
+        weights: of the coordinates in the metric ``[d]``.
+    """
+
+    is_free: IsFree
+    lower: np.ndarray
+    upper: np.ndarray
+    weights: np.ndarray
 
 
 class _Tree:
@@ -53,10 +72,7 @@ class _Tree:
 def connect(
     q_from: np.ndarray,
     q_to: np.ndarray,
-    is_free: IsFree,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    weights: np.ndarray,
+    space: Space,
     rng: np.random.Generator,
     *,
     iterations: int = ITERATIONS,
@@ -66,11 +82,7 @@ def connect(
     Args:
         q_from: ``[d]``.
         q_to: ``[d]``; free itself.
-        is_free: whether the straight segment between two configurations is free; the first is
-            a node already, hence free.
-        lower: least of the samples ``[d]``.
-        upper: largest of the samples ``[d]``.
-        weights: of the coordinates in the metric ``[d]``.
+        space: bounds, metric, and what is free.
         rng: source of the samples.
         iterations: number of samples before giving up.
 
@@ -78,17 +90,17 @@ def connect(
         Waypoints ``[n, d]`` from ``q_from`` to ``q_to``; None if none was found, which proves
         nothing.
     """
-    start, goal = _Tree(q_from, weights), _Tree(q_to, weights)
+    start, goal = (_Tree(q, space.weights) for q in (q_from, q_to))
     grower, follower = start, goal
     for _ in range(iterations):
-        new = grower.extend(rng.uniform(lower, upper), is_free)
+        new = grower.extend(rng.uniform(space.lower, space.upper), space.is_free)
         while new is not None:
-            reached = follower.extend(new, is_free)
+            reached = follower.extend(new, space.is_free)
             if reached is None:
                 break
             if np.array_equal(reached, new):
                 path = np.vstack([start.branch()[::-1], goal.branch()[1:]])
-                return shortcut(path, is_free, rng)
+                return shortcut(path, space.is_free, rng)
         grower, follower = follower, grower
     return None
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from models.inverse_kinematics.optimised import LIMIT_MARGIN, follow, search
+from models.inverse_kinematics.optimised import LIMIT_MARGIN, Starts, follow, search
 from models.inverse_kinematics.solution import Failure, reaches
 from models.maps.gripper_poses import gripper_pose
 from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
@@ -15,9 +15,8 @@ def scene():
     return PlanningScene()
 
 
-def find(scene, X_WG, **options):
-    defaults = {"seed": HOME, "attempts": 20, "candidates": 1, "rng": np.random.default_rng(3)}
-    return search(scene, X_WG, **{**defaults, **options})
+def find(scene, X_WG, seed=HOME, attempts=20, **options):
+    return search(scene, X_WG, Starts(seed, attempts, np.random.default_rng(3)), **options)
 
 
 def test_answers_are_exact_and_free(scene):
@@ -34,7 +33,7 @@ def test_answers_are_exact_and_free(scene):
 
 def test_the_same_random_numbers_give_the_same_answer(scene):
     X_WG = gripper_pose(np.array([0.55, 0.1, 0.6]), 6)
-    first, again = (find(scene, X_WG, rng=np.random.default_rng(3))[0] for _ in range(2))
+    first, again = (find(scene, X_WG)[0] for _ in range(2))
     np.testing.assert_array_equal(first.q, again.q)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.inverse_kinematics.solver import Failure, reaches
+from models.inverse_kinematics.solution import Failure, reaches
 from models.maps.gripper_poses import Layer, grasp_position, gripper_pose
 from models.maps.pose_solver import CLOSED_MARGIN, PoseSolver
 from models.scenes.planning_scene import CUBE_WIDTH, HOME, MARGIN, PlanningScene

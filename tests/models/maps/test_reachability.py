@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from models.errors import ModelError
-from models.inverse_kinematics.solver import reaches
+from models.inverse_kinematics.solution import reaches
 from models.maps.gripper_poses import Layer, gripper_pose, pose_key, standard_poses
 from models.maps.pose_solver import CLOSED_MARGIN, PoseSolver
 from models.maps.reachability import ReachabilityMap, nearest_posture, same_approach

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from models.errors import ModelError
-from models.inverse_kinematics.solver import Failure
+from models.inverse_kinematics.solution import Failure
 from models.maps.gripper_poses import Layer
 from models.maps.pose_solver import Entry
 from models.maps.reachability import ReachabilityMap

@@ -8,7 +8,7 @@ import pytest
 from models.errors import ModelError
 from models.gen3.closed_form import solve_first
 from models.inverse_kinematics.solution import Failure, reaches
-from models.inverse_kinematics.solver import closed_form
+from models.inverse_kinematics.sweep import Sweep
 from models.maps.gripper_poses import gripper_pose
 from models.maps.workspace import CLEARANCE_LIMIT, FAILURES, REACHABLE, Grid, WorkspaceSolver
 from models.maps.workspace_audit import audit, is_reachable
@@ -70,7 +70,7 @@ def test_a_hand_in_the_furniture_is_told_from_an_arm_in_the_way(solver):
     p_WG, gripper = Grid((0.2, -0.4, 0.5), (0.6, 0.4, 0.5), 0.1).poses(0, 5 * 9 * 18)
     reason = solver.decide(p_WG, gripper).reason
     scene = PlanningScene()
-    arm = closed_form(scene)
+    arm = Sweep.of(scene)
     for failure in (Failure.BLOCKED, Failure.COLLISION):
         chosen = np.flatnonzero(reason == 1 + FAILURES.index(failure))
         assert len(chosen) > 5

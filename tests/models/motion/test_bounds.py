@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.multibody.tree import BodyIndex
 
-from models.motion.bounds import QUERY, MotionBounds, motion_bounds
+from models.motion.bounds import QUERY, MotionBounds
 from models.scenes.description_files import ARM, GRIPPER
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import MARGIN, PlanningScene
@@ -13,8 +13,8 @@ KEPT = MARGIN / 2
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["empty", "carrying"])
-def scene(request):
-    return PlanningScene(carrying=request.param)
+def bounds(request):
+    return MotionBounds(PlanningScene(carrying=request.param))
 
 
 def postures(scene, n, seed=0):
@@ -47,8 +47,8 @@ def link_points(scene, q):
     return points, poses
 
 
-def test_no_point_moves_further_than_its_bound_seen_from_any_link(scene):
-    bounds, rng = motion_bounds(scene), np.random.default_rng(1)
+def test_no_point_moves_further_than_its_bound_seen_from_any_link(bounds):
+    scene, rng = bounds.scene, np.random.default_rng(1)
     tightest = 0.0
     for q in postures(scene, 60):
         step = rng.normal(size=7) * rng.choice([0.0, 1.0], 7) * rng.choice([1e-3, 0.1, 1.0])
@@ -75,18 +75,18 @@ def test_bounds_hold_for_any_opening_of_the_fingers():
         assert 0.5 * bounds.rates(turn)[0, 7] < moved <= bounds.rates(turn)[0, 7]
 
 
-def test_links_move_with_the_joints_between_them_only(scene):
-    rates = motion_bounds(scene).rates(np.eye(7)[3])  # joint 4 is between links 3 and 4
+def test_links_move_with_the_joints_between_them_only(bounds):
+    rates = bounds.rates(np.eye(7)[3])  # joint 4 is between links 3 and 4
     np.testing.assert_array_equal(rates, rates.T)
     np.testing.assert_array_equal(rates > 0.0, np.not_equal.outer(*2 * [np.arange(8) > 3]))
 
 
-def test_a_free_share_is_free_both_ways(scene):
-    bounds, rng = motion_bounds(scene), np.random.default_rng(2)
+def test_a_free_share_is_free_both_ways(bounds):
+    scene, rng = bounds.scene, np.random.default_rng(2)
     found = 0
     for q in postures(scene, 150):
         step = rng.normal(size=7)
-        share = bounds.free_share(scene, q, bounds.rates(step), margin=MARGIN, kept=KEPT)
+        share = bounds.free_share(q, bounds.rates(step), margin=MARGIN, kept=KEPT)
         distance = scene.clearance(q, QUERY).distance
         assert (share > 0.0) == (distance > MARGIN)
         if share > 0.0:
@@ -94,7 +94,3 @@ def test_a_free_share_is_free_both_ways(scene):
             for t in np.linspace(-1.0, 1.0, 15) * share:
                 assert scene.clearance(q + t * step, QUERY).distance >= KEPT - 1e-6
     assert found > 20
-
-
-def test_a_scene_is_measured_once(scene):
-    assert motion_bounds(scene) is motion_bounds(scene)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from models.inverse_kinematics.solver import reaches
+from models.inverse_kinematics.solution import reaches
 from models.maps.gripper_poses import grasp_position, gripper_pose
 from models.maps.reachability_csv import read_map
 from models.motion.planner import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Infeasible, Move

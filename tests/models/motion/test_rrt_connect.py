@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from models.motion.rrt_connect import connect, shortcut
+from models.motion.rrt_connect import Space, connect, shortcut
 
-LOW, HIGH, EVEN = np.zeros(2), np.ones(2), np.ones(2)
+LOW, HIGH = np.zeros(2), np.ones(2)
 START, GOAL = np.array([0.1, 0.5]), np.array([0.9, 0.5])
 
 
@@ -29,13 +29,17 @@ def walled(a, b):
     return not len(in_the_wall(a, b))
 
 
+def unit_square(is_free):
+    return Space(is_free, LOW, HIGH, np.ones(2))
+
+
 def length(path):
     return np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_finds_the_gap_and_every_segment_is_free(seed):
-    path = connect(START, GOAL, through_a_gap, LOW, HIGH, EVEN, np.random.default_rng(seed))
+    path = connect(START, GOAL, unit_square(through_a_gap), np.random.default_rng(seed))
     np.testing.assert_array_equal(path[[0, -1]], [START, GOAL])
     assert all(through_a_gap(a, b) for a, b in pairwise(path))
     assert ((path >= LOW) & (path <= HIGH)).all()
@@ -45,7 +49,7 @@ def test_finds_the_gap_and_every_segment_is_free(seed):
 
 def test_same_seed_same_path():
     first, again, other = (
-        connect(START, GOAL, through_a_gap, LOW, HIGH, EVEN, np.random.default_rng(seed))
+        connect(START, GOAL, unit_square(through_a_gap), np.random.default_rng(seed))
         for seed in (3, 3, 4)
     )
     np.testing.assert_array_equal(first, again)
@@ -54,7 +58,7 @@ def test_same_seed_same_path():
 
 def test_gives_up_where_there_is_no_way():
     rng = np.random.default_rng(0)
-    assert connect(START, GOAL, walled, LOW, HIGH, EVEN, rng, iterations=100) is None
+    assert connect(START, GOAL, unit_square(walled), rng, iterations=100) is None
 
 
 def test_segments_are_asked_for_from_a_node_outwards():
@@ -69,7 +73,7 @@ def test_segments_are_asked_for_from_a_node_outwards():
             nodes.add(b.tobytes())
         return free
 
-    connect(START, GOAL, is_free, LOW, HIGH, EVEN, np.random.default_rng(0), iterations=50)
+    connect(START, GOAL, unit_square(is_free), np.random.default_rng(0), iterations=50)
     assert len(nodes) > 10
 
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord, spawn_key
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
 
@@ -175,7 +175,7 @@ class TrialDatabase:
             "repetition": repetition,
             "class": int(trial_classes().number(pair.state, pair.action)),
             "seed": json.dumps([self.content["seed"], *spawn_key(pair, repetition)]),
-            "noise": json.dumps(record.noise),
+            "noise": json.dumps(asdict(record.noise) if record.noise else {}),
         }
         values |= {name: getattr(record, name) for name in _PLAIN}
         for name in _VECTORS:
@@ -216,14 +216,14 @@ class TrialDatabase:
         for row in rows:
             plain = dict(zip(_PLAIN, row[len(_KEY) :], strict=False))
             plain["outcome"] = Outcome(plain["outcome"])
-            values = row[len(_KEY) + len(_PLAIN) : -1]
-            yield (
-                Pair(*row[:2]),
-                row[2],
-                TrialRecord(
-                    **plain, turn=values[:3], displacement=values[3:], noise=json.loads(row[-1])
-                ),
+            values, noise = row[len(_KEY) + len(_PLAIN) : -1], json.loads(row[-1])
+            record = TrialRecord(
+                **plain,
+                turn=values[:3],
+                displacement=values[3:],
+                noise=Noise(**noise) if noise else None,
             )
+            yield Pair(*row[:2]), row[2], record
 
 
 def _read_only(path: Path) -> str:

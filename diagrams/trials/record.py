@@ -1,10 +1,11 @@
 """What a grasp trial is told and what it reports: plain records, nothing of the simulator."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 
 from diagrams.contact import TIME_STEP
+from diagrams.faults import first_line
 from models.errors import ModelError
 
 
@@ -78,6 +79,31 @@ def spawn_key(pair: Pair, repetition: int) -> tuple[int, int, int]:
     return pair.state, pair.action, repetition
 
 
+@dataclass(frozen=True)
+class Noise:
+    """Every random quantity of a trial.
+
+    Attributes:
+        x: of the cube's place against the gripper's target [m].
+        y: the same across.
+        yaw: of a free cube against its nominal orientation [rad].
+        turn_about_closing: of a held cube, between the pads [rad].
+        gripper_roll: of the hand about the world's x [rad].
+        gripper_pitch: the same about y.
+        friction: coefficient, of everything.
+        mass: of the cube [kg].
+    """
+
+    x: float
+    y: float
+    yaw: float
+    turn_about_closing: float
+    gripper_roll: float
+    gripper_pitch: float
+    friction: float
+    mass: float
+
+
 class Outcome(StrEnum):
     """What became of the cube."""
 
@@ -106,9 +132,10 @@ class TrialRecord:
         pad_force: force of each pad before the lift or the release.
         opening: of the pads at that moment.
         speed: of the cube when the outcome was read [m/s].
-        noise: what was drawn.
+        noise: what was drawn last; None if nothing was.
         draws: how often, until the hand held the cube that it is to begin with.
-        fault: the simulator's message, empty if none.
+        fault: why nothing was judged, in the first line; below it the traceback if the simulator
+            failed. Empty if there was no fault.
         cpu_s: processor time [s]; not part of the outcome.
     """
 
@@ -125,7 +152,12 @@ class TrialRecord:
     pad_force: float = 0.0
     opening: float = 0.0
     speed: float = 0.0
-    noise: dict[str, float] = field(default_factory=dict)
+    noise: Noise | None = None
     draws: int = 1
     fault: str = ""
     cpu_s: float = 0.0
+
+    @property
+    def reason(self) -> str:
+        """Why nothing was judged, in one line; empty if something was."""
+        return first_line(self.fault)

@@ -60,7 +60,7 @@ def scores(model: Entries, trials: Iterable[Trial]) -> dict[str, Any]:
     absent = 0
     for pair, _, record in trials:
         if record.outcome == Outcome.FAULT:
-            faults.append({"state": pair.state, "action": pair.action, "fault": record.fault})
+            faults.append({"state": pair.state, "action": pair.action, "fault": record.reason})
             continue
         probability = foretold.get(pair.state * N_ACTIONS + pair.action)
         if probability is None:

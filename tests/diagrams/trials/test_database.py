@@ -1,26 +1,32 @@
 import json
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
 
 from diagrams.trials.database import Campaign, TrialDatabase
-from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord, spawn_key
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
 
 CAMPAIGN = Campaign(TrialConfig(), seed=0, description="d", drake="1")
 PAIR = Pair(9000, 54)
+NOISE = Noise(0.1, 0.0, 1 / 3, 0.0, 0.0, 0.0, 0.8, 0.1)
 RECORD = TrialRecord(
-    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise={"x": 0.1}, draws=2
+    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise=NOISE, draws=2
 )
 
 
 def test_what_goes_in_comes_out_to_the_last_bit(tmp_path):
-    TrialDatabase(tmp_path / "t.db", CAMPAIGN).add(PAIR, 4, RECORD)
+    fault = TrialRecord(Outcome.FAULT, fault="the solver gave up\nTraceback: …\n  line 1")
+    with closing(TrialDatabase(tmp_path / "t.db", CAMPAIGN)) as database:
+        database.add(PAIR, 4, RECORD)
+        database.add(PAIR, 5, fault)
     database = TrialDatabase(tmp_path / "t.db")
-    assert list(database.trials()) == [(PAIR, 4, RECORD)]
-    assert database.done() == {(PAIR, 4)}
+    assert list(database.trials()) == [(PAIR, 4, RECORD), (PAIR, 5, fault)]
+    assert fault.reason == "the solver gave up"
+    assert database.done() == {(PAIR, 4), (PAIR, 5)}
 
 
 def test_a_trial_is_taken_once(tmp_path):

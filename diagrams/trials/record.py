@@ -7,6 +7,7 @@ from enum import StrEnum
 from diagrams.contact import TIME_STEP
 from diagrams.faults import first_line
 from models.errors import ModelError
+from models.task.pairs import pair_key, split_key
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,17 @@ class Pair:
 
     state: int
     action: int
+
+    @classmethod
+    def from_key(cls, key: int) -> "Pair":
+        """The pair of a key of `models.task.pairs`."""
+        state, action = split_key(key)
+        return cls(int(state), int(action))
+
+    @property
+    def key(self) -> int:
+        """Its key in `models.task.pairs`."""
+        return int(pair_key(self.state, self.action))
 
 
 def spawn_key(pair: Pair, repetition: int) -> tuple[int, int, int]:

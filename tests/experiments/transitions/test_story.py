@@ -22,7 +22,7 @@ from experiments.transitions.campaign import ClassTrials, planned_classes, run_c
 from experiments.transitions.export import save_tables, task_data
 from irl.errors import InputError
 from irl.task_data import load_task, save_task
-from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Kind
+from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Kind, decode_actions
 from models.task.trial_classes import trial_classes
 
 # A short course: what is tested is the bookkeeping.
@@ -138,7 +138,7 @@ def test_exported_task_data_say_what_is_measured_and_what_is_estimated(exported)
     assert task.goal_states.tolist() == [GOAL_STATE]
     assert task.fixed_vr == {LOST: -1.0}
     assert np.array_equal(task.model.mask, load_feasibility().mask())
-    kind = task.transitions.action // 18
+    kind = decode_actions(task.transitions.action).kind
     estimated = task.transitions.evidence == 2
     assert np.array_equal(estimated, kind == Kind.ROTATE)
     assert (task.transitions.count[~estimated] > 0).all()

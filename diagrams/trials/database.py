@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from irl.identity import require_same_work
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
 
@@ -114,9 +115,9 @@ class TrialDatabase:
             campaign: to record trials under; None opens an existing database for reading.
 
         Raises:
-            ModelError: if the file is no trial database, is of another schema version, is
-                missing and ``campaign`` is None, cannot be written, or holds trials of another
-                campaign; the message names what differs.
+            ModelError: if the file is not a trial database, is of another schema version, is
+                missing and ``campaign`` is None, or cannot be written.
+            InputError: if it holds trials of another campaign; the message names what differs.
         """
         self.path = Path(path)
         if campaign is None and not self.path.is_file():
@@ -149,8 +150,13 @@ class TrialDatabase:
         except (sqlite3.Error, OSError) as error:
             raise ModelError(f"{self.path}: not usable as a trial database ({error})") from error
         self.content = json.loads(stored[0]) if stored else campaign.content()  # type: ignore[union-attr]
-        if campaign is not None and campaign.content() != self.content:
-            raise ModelError(f"{self.path}: made with {_difference(self.content, campaign)}")
+        if campaign is not None:
+            require_same_work(
+                self.path,
+                _flat(self.content),
+                _flat(campaign.content()),
+                "take another --database, or the same settings",
+            )
         self.hash = hashlib.sha256(json.dumps(self.content, sort_keys=True).encode()).hexdigest()
 
     def close(self) -> None:
@@ -232,12 +238,8 @@ def _read_only(path: Path) -> str:
     return f"{path.absolute().as_uri()}?mode=ro{immutable}"
 
 
-def _difference(stored: dict[str, Any], campaign: Campaign) -> str:
-    """Name what two campaigns do not share, in one line."""
-
-    def flat(content: dict[str, Any]) -> dict[str, Any]:
-        return {**{k: v for k, v in content.items() if k != "trial"}, **content.get("trial", {})}
-
-    old, new = flat(stored), flat(campaign.content())
-    changed = [f"{k} = {old.get(k)!r}, not {new.get(k)!r}" for k in new if old.get(k) != new[k]]
-    return "; ".join(changed) + "; take another --database, or the same settings"
+def _flat(content: dict[str, Any]) -> dict[str, Any]:
+    """A campaign's settings on one level, each of a trial's by its own name."""
+    return {name: value for name, value in content.items() if name != "trial"} | content.get(
+        "trial", {}
+    )

@@ -1,1 +1,33 @@
-"""Drake systems: the station, its controllers, grasp trials and the policy in closed loop."""
+"""Drake systems: the robot's cell, its controllers, a policy in closed loop, and trials.
+
+The rooms, in reading order:
+
+* `station`: the robot cell as one diagram, the ports that a controller sees;
+* `arm_controller`, `gripper_controller`, `reference_ramp`: commands to joints;
+* `state_identifier`: measured poses to the index of a state;
+* `action_executor`: a requested action to commands, planned and timed;
+* `policy_controller`: states to requests for actions, by a policy's table;
+* `policy_run`: all of that in one diagram, an episode simulated;
+* `camera`: still pictures of the cell;
+* `contact`: how contact is simulated wherever the gripper meets the cube;
+* `faults`: failures of the simulator, told apart from ours;
+* `trials`: one action tried with noise, as often as a plan wants; the database; what many tell.
+
+``from diagrams import Station`` is the way in; it loads Drake on first use.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from diagrams.station import Station
+
+__all__ = ["Station"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name of `__all__` when it is first asked for."""
+    if name == "Station":
+        from diagrams.station import Station  # noqa: PLC0415 - as late as can be
+
+        return Station
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
 from diagrams.action_executor import ActionExecutor
+from diagrams.faults import SimulatorFault, first_line, simulating
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.station import Station
 from models.motion.planner import ActionPlanner
@@ -55,7 +56,8 @@ class Played:
         episode: what the controller did.
         seconds: simulated time.
         postures: the plant's positions at the start and after each action, ``[n, n_q]``.
-        fault: the simulator's message if it failed, which judges nothing; else empty.
+        fault: the simulator's message if it failed, which judges nothing, and below it the
+            traceback (`SimulatorFault.text`); else empty.
     """
 
     start: int
@@ -63,6 +65,11 @@ class Played:
     seconds: float
     postures: np.ndarray
     fault: str = ""
+
+    @property
+    def reason(self) -> str:
+        """Why it failed, in one line; empty unless the simulator did."""
+        return first_line(self.fault)
 
     @property
     def success(self) -> bool:
@@ -152,9 +159,11 @@ class PolicyRun:
         postures = [plant.GetPositions(plant_context)]
         fault = ""
         try:
-            simulator.Initialize()
+            with simulating():
+                simulator.Initialize()
             while root.get_time() < start_time + TIME_LIMIT:
-                simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
+                with simulating():
+                    simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
                 episode = self.controller.episode(controller_context)
                 if len(episode.steps) >= len(postures):
                     postures.append(plant.GetPositions(plant_context))
@@ -162,7 +171,7 @@ class PolicyRun:
                     progress(root.get_time() - start_time, episode)
                 if episode.verdict != Verdict.RUNNING:
                     break
-        except RuntimeError as error:  # Drake reports a failed solver step this way.
-            fault = str(error).splitlines()[0]
+        except SimulatorFault as error:
+            fault = error.text
         episode = self.controller.episode(controller_context)
         return Played(start, episode, root.get_time() - start_time, np.array(postures), fault)

@@ -1,1 +1,15 @@
-"""Trials in Drake: one execution of an action, and what many of them tell."""
+"""Trials in Drake: one execution of an action, and what many of them tell.
+
+The rooms, in reading order:
+
+* `record`: what a trial is told, and what it reports;
+* `initial_state`: the noise it draws, and how a held cube lies in the hand;
+* `rig`, `floating`: the floating gripper's scene, and the course of a trial in it;
+* `arm`: the same with the whole station;
+* `verdict`: from the cube's pose at the end to a record;
+* `plan`: how many trials a class deserves, and which comes next;
+* `database`: the trials of a campaign on disk;
+* `counts`: from trials to transition probabilities.
+
+No controller knows of trials; trials know the controllers.
+"""

@@ -2,30 +2,31 @@
 
 Where a trial with the floating gripper leaves the arm out, this one is the station itself: the
 arm stands in the nominal state, the action is planned and executed, and the state identifier
-says what came of it. Slower, and no part of the transition model: it is what the model is held
-against.
+says what came of it. Slower, and not a part of the transition model: it is what the model is
+compared with.
 """
 
 import time
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from diagrams.action_executor import ActionExecutor
+from diagrams.action_executor import ActionExecutor, Execution
 from diagrams.contact import set_cube_mass, set_friction
+from diagrams.faults import simulating
 from diagrams.policy_controller import SETTLE
 from diagrams.station import Station
-from diagrams.trials.initial_state import Noise, NotHeldError, begin, held_pose
-from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.initial_state import NotHeld, begin, held_pose
+from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.verdict import judge_pose
 from models.maps.gripper_poses import gripper_pose
 from models.motion.planner import ActionPlanner
-from models.rotations import matrix_to_rotation_vector, rotation_z
+from models.rotations import rotation_z
 from models.scenes import gripper
 from models.scenes.planning_scene import HOME
-from models.task.discretise import nearest_orientation
 from models.task.spaces import (
     CUBE_EDGE,
     LOST,
@@ -87,77 +88,90 @@ def run_arm_trial(
         seed: of the noise.
     """
     started = time.process_time()
-    state = State.from_index(pair.state)
     record = begin(
-        lambda noise: _course(rig, config, pair, state, noise),
-        config,
-        np.random.default_rng(seed),
+        lambda noise: _course(rig, config, pair, noise), config, np.random.default_rng(seed)
     )
-    return TrialRecord(cpu_s=time.process_time() - started, **record)
+    return replace(record, cpu_s=time.process_time() - started)
 
 
-def _course(
-    rig: ArmRig, config: TrialConfig, pair: Pair, state: State, noise: Noise
-) -> dict[str, Any]:
+def _course(rig: ArmRig, config: TrialConfig, pair: Pair, noise: Noise) -> TrialRecord:
+    """Stand in the state with the noise, execute the action, read what came of it.
+
+    Raises:
+        NotHeld: if the hand does not hold the cube that the state has in it.
+        SimulatorFault: if Drake fails.
+    """
+    state = State.from_index(pair.state)
+    begun = _initial(rig.planner, state, noise)
+    if begun is None:
+        return _fault("the arm does not reach the state to begin with")
+    q, width, X_WO = begun
     simulator = Simulator(rig.diagram)
     root = simulator.get_mutable_context()
     station, plant = rig.station, rig.station.plant
-    set_friction(plant, station.scene_graph, root, noise["friction"])
-    set_cube_mass(plant, plant.GetMyMutableContextFromRoot(root), noise["mass"])
-    q, width, X_WO = _initial(rig.planner, state, noise)
+    set_friction(plant, station.scene_graph, root, noise.friction)
+    set_cube_mass(plant, plant.GetMyMutableContextFromRoot(root), noise.mass)
     station.initialize(root, X_WO=X_WO, q=q, width=width)
     executor = rig.executor.GetMyMutableContextFromRoot(root)
     rig.executor.start_at(executor, q, 0.0 if state.is_grasp else width)
     request = rig.diagram.GetInputPort("request")
     request.FixValue(root, [0, -1])
-    simulator.Initialize()
-    simulator.AdvanceTo(2 * config.settle_s)
+    with simulating():
+        simulator.Initialize()
+        simulator.AdvanceTo(2 * config.settle_s)
     outputs = station.GetMyContextFromRoot(root)
-    if state.is_grasp and not _is_held(station.GetOutputPort("task.state").Eval(outputs)):
-        raise NotHeldError
+
+    def measured(port: str) -> float:
+        return float(station.GetOutputPort(port).Eval(outputs)[0])
+
+    if state.is_grasp and not _is_held(measured("task.state")):
+        raise NotHeld
 
     request.FixValue(root, [1, pair.action])
-    while True:
-        simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
+    execution = Execution()
+    while not (execution.sequence and execution.finished):
+        if root.get_time() > TIME_LIMIT:
+            return _fault("the action did not end")
+        with simulating():
+            simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
         execution = rig.executor.execution(executor)
         if execution.failure:
-            return {"outcome": Outcome.FAULT, "fault": f"no plan: {execution.failure}"}
-        if execution.sequence and execution.finished:
-            break
-        if root.get_time() > TIME_LIMIT:
-            return {"outcome": Outcome.FAULT, "fault": "the action did not end"}
-    simulator.AdvanceTo(root.get_time() + SETTLE)
+            return _fault(f"no plan: {execution.failure}")
+    with simulating():
+        simulator.AdvanceTo(root.get_time() + SETTLE)
 
-    after = int(station.GetOutputPort("task.state").Eval(outputs)[0])
-    X_WO_after = station.GetOutputPort("object.pose").Eval(outputs)
-    R_WO_after = X_WO_after.rotation().matrix()
-    displacement = X_WO_after.translation() - _intended(state, Action.from_index(pair.action))
-    turn = matrix_to_rotation_vector(R_WO_after @ R_WO[state.orientation].T)
-    return {
-        "outcome": Outcome.HELD if _is_held(after) else Outcome.FREE,
-        "next_state": after,
-        "turn": tuple(turn.tolist()),
-        "displacement": tuple(displacement.tolist()),
-        "snap_angle": float(nearest_orientation(R_WO_after)[1]),
-        "drift": float(np.hypot(displacement[0], displacement[1])),
-        "lift_height": float(X_WO_after.translation()[2] - REST_HEIGHT),
-        "pad_force": float(station.GetOutputPort("gripper.force_measured").Eval(outputs)[0]),
-        "opening": float(station.GetOutputPort("gripper.position_measured").Eval(outputs)[0]),
-    }
+    after = int(measured("task.state"))
+    verdict = judge_pose(
+        station.GetOutputPort("object.pose").Eval(outputs),
+        state,
+        _intended(state, Action.from_index(pair.action)),
+        held=_is_held(after),
+        next_state=after,
+    )
+    return replace(
+        verdict,
+        pad_force=measured("gripper.force_measured"),
+        opening=measured("gripper.position_measured"),
+    )
+
+
+def _fault(reason: str) -> TrialRecord:
+    """A trial that judges nothing, for another reason than a failure of the simulator."""
+    return TrialRecord(Outcome.FAULT, fault=reason)
 
 
 def _initial(
     planner: ActionPlanner, state: State, noise: Noise
-) -> tuple[np.ndarray, float, RigidTransform]:
-    """Joint angles, opening and pose of the cube with which a trial begins."""
+) -> tuple[np.ndarray, float, RigidTransform] | None:
+    """Joint angles, opening and pose of the cube that a trial begins with; None if out of reach."""
     if state.gripper is None:
-        p_WO = POSITIONS[state.position] + np.array([noise["x"], noise["y"], 0.0])
+        p_WO = POSITIONS[state.position] + np.array([noise.x, noise.y, 0.0])
         p_WO[2] = REST_HEIGHT
-        R = rotation_z(noise["yaw"]) @ R_WO[state.orientation]
+        R = rotation_z(noise.yaw) @ R_WO[state.orientation]
         return HOME, gripper.MAX_OPENING, RigidTransform(RotationMatrix(R), p_WO)
     q = planner.posture(state.position, state.gripper)
     if q is None:
-        raise RuntimeError("the arm does not reach the state to begin with")
+        return None
     X_GO = held_pose(state.orientation, state.gripper, noise)
     extent = CUBE_EDGE * float(np.abs(X_GO.rotation().matrix()[1]).sum())
     return q, extent + 1e-4, gripper_pose(POSITIONS[state.position], state.gripper) @ X_GO

@@ -12,11 +12,12 @@ from models.rotations import rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation, off_table
 from models.task.estimate import estimated_transitions
 from models.task.kernel_rules import THESIS_RULES, thesis_kernel
+from models.task.pairs import pair_key, split_key
 from models.task.spaces import (
     GRID_X,
     GRID_Y,
+    GRID_Z,
     LOST,
-    N_ACTIONS,
     N_STATES,
     POSITIONS,
     R_WO,
@@ -31,7 +32,7 @@ from models.task.trial_classes import Pairs, TrialClasses
 
 
 class Evidence(IntEnum):
-    """Where a transition's probability comes from."""
+    """Where a transition's probability comes from; task data know the same names, in this order."""
 
     MEASURED = 0
     KERNEL = 1
@@ -43,7 +44,9 @@ Trial = tuple[Pair, int, TrialRecord]
 
 
 class TransitionEntries(NamedTuple):
-    """Parallel arrays, one entry per (s, a, s'), sorted by state, action, next state.
+    """The grasping task's (s, a, s') as counted; `irl.task.Transitions` is what any task data hold.
+
+    Parallel arrays, sorted by state, action, next state.
 
     Attributes:
         state: int32 ``[n]``.
@@ -60,6 +63,15 @@ class TransitionEntries(NamedTuple):
     probability: np.ndarray
     count: np.ndarray  # type: ignore[assignment]
     evidence: np.ndarray
+
+    @property
+    def key(self) -> np.ndarray:
+        """Pair key of each entry, int64 ``[n]``."""
+        return pair_key(self.state, self.action)
+
+    def select(self, which: np.ndarray) -> "TransitionEntries":
+        """Some of the entries, by a mask or by indices."""
+        return TransitionEntries(*(column[which] for column in self))
 
 
 def transition_entries(
@@ -78,12 +90,12 @@ def transition_entries(
         classes: which pairs share trials.
     """
     by_class: dict[int, list[Trial]] = defaultdict(list)
-    for trial in sorted(trials, key=_key):
+    for trial in sorted(trials, key=_by_repetition):
         if trial[2].outcome != Outcome.FAULT:
             by_class[int(classes.number(trial[0].state, trial[0].action))].append(trial)
 
     parts = [_class_entries(classes, number, by_class[number]) for number in sorted(by_class)]
-    parts = [_select(part, feasible[part.state, part.action]) for part in parts]
+    parts = [part.select(feasible[part.state, part.action]) for part in parts]
     rest = feasible[:N_STATES].copy()
     for part in parts:
         rest[part.state, part.action] = False
@@ -114,7 +126,7 @@ def thesis_entries(
         rules: those of the kernel that hold.
     """
     by_class: dict[int, list[Trial]] = defaultdict(list)
-    for trial in sorted(trials, key=_key):
+    for trial in sorted(trials, key=_by_repetition):
         if trial[2].outcome != Outcome.FAULT:
             by_class[int(thesis_kernel(trial[0].state, trial[0].action, rules))].append(trial)
     state, action = np.nonzero(feasible[:N_STATES])
@@ -134,8 +146,7 @@ def thesis_entries(
 
 def count_pairs(entries: TransitionEntries) -> dict[str, dict[str, int]]:
     """Pairs by kind of action and evidence, e.g. ``["grasp"]["kernel"]``."""
-    key = entries.state.astype(np.int64) * N_ACTIONS + entries.action
-    _, first = np.unique(key, return_index=True)
+    _, first = np.unique(entries.key, return_index=True)
     kind = decode_actions(entries.action[first]).kind
     evidence = entries.evidence[first]
     return {
@@ -146,13 +157,20 @@ def count_pairs(entries: TransitionEntries) -> dict[str, dict[str, int]]:
     }
 
 
-def _key(trial: Trial) -> tuple[int, Pair]:
+def trio_key(pair: np.ndarray, next_state: np.ndarray) -> np.ndarray:
+    """One integer for a pair's key and a next state, *lost* included; sorts as the entries do."""
+    return pair * (LOST + 1) + next_state
+
+
+def split_trio(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A pair's key and the next state, the inverse of `trio_key`."""
+    pair, next_state = np.divmod(key, LOST + 1)
+    return pair, next_state
+
+
+def _by_repetition(trial: Trial) -> tuple[int, Pair]:
     """Order by repetition, so that equally true scene maps share the trials evenly."""
     return trial[1], trial[0]
-
-
-def _select(entries: TransitionEntries, which: np.ndarray) -> TransitionEntries:
-    return TransitionEntries(*(column[which] for column in entries))
 
 
 def _class_entries(
@@ -209,7 +227,7 @@ def _next_states(
     p_WO[..., 2] = REST_HEIGHT
     ix = np.abs(GRID_X - p_WO[..., :1]).argmin(axis=-1)
     iy = np.abs(GRID_Y - p_WO[..., 1:2]).argmin(axis=-1)
-    place = np.where(held, cell, 2 * (3 * ix + iy))
+    place = np.where(held, cell, len(GRID_Z) * (len(GRID_Y) * ix + iy))
     hand = np.where(held, after[:, None, None], -1)
     next_state = encode_states(place, new_orientation[:, None], hand)
     return np.where(~held & off_table(p_WO), LOST, next_state)
@@ -217,11 +235,11 @@ def _next_states(
 
 def _count(pairs: Pairs, next_state: np.ndarray, trials: Sequence[Trial]) -> TransitionEntries:
     """Entries out of next states ``[m, places, t]``."""
-    pair = pairs.state * N_ACTIONS + pairs.action
-    keys, count = np.unique(pair[..., None] * (N_STATES + 1) + next_state, return_counts=True)
-    pair, next_state = np.divmod(keys, N_STATES + 1)
-    state, action = np.divmod(pair, N_ACTIONS)
-    tried = [tried.state * N_ACTIONS + tried.action for tried, _, _ in trials]
+    pair = pair_key(pairs.state, pairs.action)
+    trios, count = np.unique(trio_key(pair[..., None], next_state), return_counts=True)
+    pair, next_state = split_trio(trios)
+    state, action = split_key(pair)
+    tried = [tried.key for tried, _, _ in trials]
     evidence = np.where(np.isin(pair, tried), Evidence.MEASURED, Evidence.KERNEL)
     return TransitionEntries(state, action, next_state, count / len(trials), count, evidence)
 

@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from irl.identity import require_same_work
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
 
@@ -114,9 +115,9 @@ class TrialDatabase:
             campaign: to record trials under; None opens an existing database for reading.
 
         Raises:
-            ModelError: if the file is no trial database, is of another schema version, is
-                missing and ``campaign`` is None, cannot be written, or holds trials of another
-                campaign; the message names what differs.
+            ModelError: if the file is not a trial database, is of another schema version, is
+                missing and ``campaign`` is None, or cannot be written.
+            InputError: if it holds trials of another campaign; the message names what differs.
         """
         self.path = Path(path)
         if campaign is None and not self.path.is_file():
@@ -149,8 +150,13 @@ class TrialDatabase:
         except (sqlite3.Error, OSError) as error:
             raise ModelError(f"{self.path}: not usable as a trial database ({error})") from error
         self.content = json.loads(stored[0]) if stored else campaign.content()  # type: ignore[union-attr]
-        if campaign is not None and campaign.content() != self.content:
-            raise ModelError(f"{self.path}: made with {_difference(self.content, campaign)}")
+        if campaign is not None:
+            require_same_work(
+                self.path,
+                _flat(self.content),
+                _flat(campaign.content()),
+                "take another --database, or the same settings",
+            )
         self.hash = hashlib.sha256(json.dumps(self.content, sort_keys=True).encode()).hexdigest()
 
     def close(self) -> None:
@@ -175,7 +181,7 @@ class TrialDatabase:
             "repetition": repetition,
             "class": int(trial_classes().number(pair.state, pair.action)),
             "seed": json.dumps([self.content["seed"], *spawn_key(pair, repetition)]),
-            "noise": json.dumps(record.noise),
+            "noise": json.dumps(asdict(record.noise) if record.noise else {}),
         }
         values |= {name: getattr(record, name) for name in _PLAIN}
         for name in _VECTORS:
@@ -216,14 +222,14 @@ class TrialDatabase:
         for row in rows:
             plain = dict(zip(_PLAIN, row[len(_KEY) :], strict=False))
             plain["outcome"] = Outcome(plain["outcome"])
-            values = row[len(_KEY) + len(_PLAIN) : -1]
-            yield (
-                Pair(*row[:2]),
-                row[2],
-                TrialRecord(
-                    **plain, turn=values[:3], displacement=values[3:], noise=json.loads(row[-1])
-                ),
+            values, noise = row[len(_KEY) + len(_PLAIN) : -1], json.loads(row[-1])
+            record = TrialRecord(
+                **plain,
+                turn=values[:3],
+                displacement=values[3:],
+                noise=Noise(**noise) if noise else None,
             )
+            yield Pair(*row[:2]), row[2], record
 
 
 def _read_only(path: Path) -> str:
@@ -232,12 +238,8 @@ def _read_only(path: Path) -> str:
     return f"{path.absolute().as_uri()}?mode=ro{immutable}"
 
 
-def _difference(stored: dict[str, Any], campaign: Campaign) -> str:
-    """Name what two campaigns do not share, in one line."""
-
-    def flat(content: dict[str, Any]) -> dict[str, Any]:
-        return {**{k: v for k, v in content.items() if k != "trial"}, **content.get("trial", {})}
-
-    old, new = flat(stored), flat(campaign.content())
-    changed = [f"{k} = {old.get(k)!r}, not {new.get(k)!r}" for k in new if old.get(k) != new[k]]
-    return "; ".join(changed) + "; take another --database, or the same settings"
+def _flat(content: dict[str, Any]) -> dict[str, Any]:
+    """A campaign's settings on one level, each of a trial's by its own name."""
+    return {name: value for name, value in content.items() if name != "trial"} | content.get(
+        "trial", {}
+    )

@@ -7,15 +7,16 @@ records the outcome with every number behind the verdict.
 
 import time
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
 from diagrams.state_identifier import is_held
-from diagrams.trials.initial_state import Noise, NotHeldError, begin, held_pose
-from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
+from diagrams.trials.initial_state import NotHeld, begin, held_pose
+from diagrams.trials.record import Noise, Pair, TrialConfig, TrialRecord
 from diagrams.trials.rig import SPEED, TURN_SPEED, TrialRig, TrialScene
+from diagrams.trials.verdict import judge_pose
 from models.maps.gripper_poses import grasp_position
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
 from models.scenes import gripper
@@ -63,71 +64,97 @@ def run_trial(
     if action.kind == Kind.ROTATE and action.target is not None:
         turn_W = matrix_to_rotation_vector(R_WG[action.target] @ R_WG[hand].T)
 
-    def attempt(noise: Noise) -> dict[str, Any]:
-        noise["turn_about_closing"] += turned
-        tilt = rotation_vector_to_matrix([noise["gripper_roll"], noise["gripper_pitch"], 0.0])
-        scene = TrialScene(
-            rig, R_WG[hand] @ tilt, turn_W, friction=noise["friction"], mass=noise["mass"]
-        )
-        return _COURSES[action.kind](scene, config, state, action, noise)
+    def attempt(noise: Noise) -> TrialRecord:
+        tilt = rotation_vector_to_matrix([noise.gripper_roll, noise.gripper_pitch, 0.0])
+        scene = TrialScene(rig, R_WG[hand] @ tilt, turn_W, friction=noise.friction, mass=noise.mass)
+        turned_further = replace(noise, turn_about_closing=noise.turn_about_closing + turned)
+        return _COURSES[action.kind](_Attempt(scene, config, state, action, turned_further))
 
     record = begin(attempt, config, np.random.default_rng(seed))
-    return TrialRecord(cpu_s=time.process_time() - started, **record)
+    return replace(record, cpu_s=time.process_time() - started)
 
 
-def _grasp(
-    scene: TrialScene, config: TrialConfig, state: State, action: Action, noise: Noise
-) -> dict[str, Any]:
+@dataclass(frozen=True)
+class _Attempt:
+    """One trial under way: a scene, and what is to happen in it."""
+
+    scene: TrialScene
+    config: TrialConfig
+    state: State
+    action: Action
+    noise: Noise
+
+
+@dataclass(frozen=True)
+class _Grip:
+    """How the hand has the cube before it lifts or carries it.
+
+    Attributes:
+        X_GO: the cube in the gripper; in a held state, as it was put there.
+        opening: of the pads [m].
+        pad_force: of each [N].
+    """
+
+    X_GO: RigidTransform
+    opening: float
+    pad_force: float
+
+
+@dataclass(frozen=True)
+class _Slip:
+    """Motion of the cube in the gripper since it was gripped: metres, and radians."""
+
+    distance: float
+    angle: float
+
+
+def _grasp(trial: _Attempt) -> TrialRecord:
     """Close on a cube at rest, lift it to the held layer."""
-    assert action.target is not None
-    offset = np.array([noise["x"], noise["y"], 0.0])
-    p_nominal = _at_rest(POSITIONS[state.position])
-    R_before = rotation_vector_to_matrix([0.0, 0.0, noise["yaw"]]) @ R_WO[state.orientation]
-    p_WG = grasp_position(p_nominal, action.target) + offset
+    scene, noise, target = trial.scene, trial.noise, trial.action.target
+    assert target is not None
+    offset = np.array([noise.x, noise.y, 0.0])
+    p_nominal = _at_rest(POSITIONS[trial.state.position])
+    R_before = rotation_vector_to_matrix([0.0, 0.0, noise.yaw]) @ R_WO[trial.state.orientation]
+    p_WG = grasp_position(p_nominal, target) + offset
     scene.start(p_WG, gripper.MAX_OPENING, RigidTransform(RotationMatrix(R_before), p_nominal))
     scene.command(p_WG, 0.0)
-    scene.advance(config.close_s)
-    grip, X_GO = _grip(scene), scene.X_GO
+    scene.advance(trial.config.close_s)
+    grip = _Grip(scene.X_GO, scene.opening, scene.pad_force)
     p_WG[2] = GRID_Z[0]
     scene.command(p_WG, 0.0)
-    scene.advance((GRID_Z[0] - REST_HEIGHT) / SPEED + config.settle_s)
-    return {**_verdict(scene, state, p_nominal), **_in_hand(scene, X_GO), **grip}
+    scene.advance((GRID_Z[0] - REST_HEIGHT) / SPEED + trial.config.settle_s)
+    return _judge(trial, p_nominal, grip, _slip(scene, grip))
 
 
-def _carry(
-    scene: TrialScene, config: TrialConfig, state: State, action: Action, noise: Noise
-) -> dict[str, Any]:
+def _carry(trial: _Attempt) -> TrialRecord:
     """Hold the cube as a grasp leaves it, and bring the hand to its target."""
-    p_WG = POSITIONS[state.position]
-    X_GO, grip = _hold(scene, config, state, noise)
+    scene, action = trial.scene, trial.action
+    grip = _hold(trial)
+    goal, seconds = POSITIONS[trial.state.position], scene.turn_angle / TURN_SPEED
     if action.kind == Kind.TRANSLATE and action.target is not None:
-        goal = POSITIONS[action.target]
-        seconds = float(np.abs(goal - p_WG).max()) / SPEED
-    else:
-        goal, seconds = p_WG, scene.turn_angle / TURN_SPEED
+        start, goal = goal, POSITIONS[action.target]
+        seconds = float(np.abs(goal - start).max()) / SPEED
     scene.command(goal, 0.0, turned=True)
-    scene.advance(seconds + config.settle_s)
+    scene.advance(seconds + trial.config.settle_s)
     if not _holds(scene):
-        _wait_for_rest(scene, config)
-    return {**_verdict(scene, state, goal), **_in_hand(scene, X_GO), **grip}
+        _wait_for_rest(trial)
+    return _judge(trial, goal, grip, _slip(scene, grip))
 
 
-def _drop(
-    scene: TrialScene, config: TrialConfig, state: State, action: Action, noise: Noise
-) -> dict[str, Any]:
+def _drop(trial: _Attempt) -> TrialRecord:
     """Hold the cube as a grasp leaves it, open, withdraw, wait for rest."""
-    p_WG = POSITIONS[state.position]
-    X_GO, grip = _hold(scene, config, state, noise)
-    moved = _in_hand(scene, X_GO)
+    scene, p_WG = trial.scene, POSITIONS[trial.state.position]
+    grip = _hold(trial)
+    slip = _slip(scene, grip)
     scene.command(p_WG, gripper.MAX_OPENING)
-    scene.advance(config.release_s)
+    scene.advance(trial.config.release_s)
     scene.command(p_WG + np.array([0.0, 0.0, WITHDRAWAL]), gripper.MAX_OPENING)
     scene.advance(WITHDRAWAL / SPEED)
-    _wait_for_rest(scene, config)
-    return {**_verdict(scene, state, p_WG), **moved, **grip}
+    _wait_for_rest(trial)
+    return _judge(trial, p_WG, grip, slip)
 
 
-_COURSES: dict[Kind, Callable[..., dict[str, Any]]] = {
+_COURSES: dict[Kind, Callable[[_Attempt], TrialRecord]] = {
     Kind.GRASP: _grasp,
     Kind.TRANSLATE: _carry,
     Kind.ROTATE: _carry,
@@ -135,78 +162,67 @@ _COURSES: dict[Kind, Callable[..., dict[str, Any]]] = {
 }
 
 
-def _hold(
-    scene: TrialScene, config: TrialConfig, state: State, noise: Noise
-) -> tuple[RigidTransform, dict[str, float]]:
-    """Begin with the cube in the closed hand; X_GO as begun, and the grip.
+def _hold(trial: _Attempt) -> _Grip:
+    """Begin with the cube in the closed hand.
 
     Raises:
-        NotHeldError: if the hand does not hold it.
+        NotHeld: if the hand does not hold it.
     """
+    scene, state = trial.scene, trial.state
     assert state.gripper is not None
     p_WG = POSITIONS[state.position]
-    X_GO = held_pose(state.orientation, state.gripper, noise)
+    X_GO = held_pose(state.orientation, state.gripper, trial.noise)
     closing_extent = CUBE_EDGE * float(np.abs(X_GO.rotation().matrix()[1]).sum())
     X_WG = RigidTransform(scene.X_WG.rotation(), p_WG)
     scene.start(p_WG, closing_extent + 5e-4, X_WG @ X_GO)
     scene.support(True)
     scene.command(p_WG, 0.0)
-    scene.advance(config.settle_s)
+    scene.advance(trial.config.settle_s)
     scene.support(False)
-    scene.advance(config.settle_s)
+    scene.advance(trial.config.settle_s)
     if not _holds(scene):
-        raise NotHeldError
-    return X_GO, _grip(scene)
+        raise NotHeld
+    return _Grip(X_GO, scene.opening, scene.pad_force)
 
 
-def _wait_for_rest(scene: TrialScene, config: TrialConfig) -> None:
-    deadline = scene.time + config.rest_limit_s
+def _wait_for_rest(trial: _Attempt) -> None:
+    scene, deadline = trial.scene, trial.scene.time + trial.config.rest_limit_s
     while scene.cube_speed > REST_SPEED and scene.time < deadline:
-        scene.advance(config.settle_s)
+        scene.advance(trial.config.settle_s)
 
 
 def _at_rest(p_W: np.ndarray) -> np.ndarray:
     return np.array([p_W[0], p_W[1], REST_HEIGHT])
 
 
-def _grip(scene: TrialScene) -> dict[str, float]:
-    return {"opening": scene.opening, "pad_force": scene.pad_force}
-
-
 def _holds(scene: TrialScene) -> bool:
     return is_held(scene.X_GO.translation(), scene.opening, scene.pad_force)
 
 
-def _verdict(scene: TrialScene, state: State, p_nominal: np.ndarray) -> dict[str, Any]:
-    """What became of the cube, and how its pose differs from the nominal one now."""
-    X_WO, X_WG, held = scene.X_WO, scene.X_WG, _holds(scene)
-    R_WO_after = X_WO.rotation().matrix()
-    displacement = X_WO.translation() - p_nominal
-    found = identify(
-        R_WO_after, X_WO.translation(), X_WG.rotation().matrix(), X_WG.translation(), held
-    )
-    return {
-        "outcome": Outcome.HELD if held else Outcome.FREE,
-        "next_state": int(found.state),
-        "turn": _floats(matrix_to_rotation_vector(R_WO_after @ R_WO[state.orientation].T)),
-        "displacement": _floats(displacement),
-        "snap_angle": float(found.orientation_angle),
-        "drift": float(np.hypot(displacement[0], displacement[1])),
-        "lift_height": float(X_WO.translation()[2] - REST_HEIGHT),
-        "clearance": scene.clearance,
-        "speed": scene.cube_speed,
-    }
-
-
-def _floats(vector: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(v) for v in vector)
-
-
-def _in_hand(scene: TrialScene, X_GO_before: RigidTransform) -> dict[str, float]:
-    """Motion of the cube in the gripper since it was at ``X_GO_before``."""
+def _slip(scene: TrialScene, grip: _Grip) -> _Slip:
     X_GO = scene.X_GO
-    change = X_GO_before.inverse() @ X_GO
-    return {
-        "slip": float(np.linalg.norm(X_GO.translation() - X_GO_before.translation())),
-        "in_hand_rotation": float(change.rotation().ToAngleAxis().angle()),
-    }
+    distance = np.linalg.norm(X_GO.translation() - grip.X_GO.translation())
+    change = grip.X_GO.inverse() @ X_GO
+    return _Slip(float(distance), float(change.rotation().ToAngleAxis().angle()))
+
+
+def _judge(trial: _Attempt, p_nominal: np.ndarray, grip: _Grip, slip: _Slip) -> TrialRecord:
+    """What became of the cube by now, and every number behind it."""
+    scene = trial.scene
+    X_WO, X_WG, held = scene.X_WO, scene.X_WG, _holds(scene)
+    found = identify(
+        X_WO.rotation().matrix(),
+        X_WO.translation(),
+        X_WG.rotation().matrix(),
+        X_WG.translation(),
+        held,
+    )
+    return replace(
+        judge_pose(X_WO, trial.state, p_nominal, held=held, next_state=int(found.state)),
+        clearance=scene.clearance,
+        slip=slip.distance,
+        in_hand_rotation=slip.angle,
+        pad_force=grip.pad_force,
+        opening=grip.opening,
+        speed=scene.cube_speed,
+    )

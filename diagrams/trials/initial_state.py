@@ -1,12 +1,13 @@
 """How a trial begins: the noise it draws, and how a held cube lies in the hand."""
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from diagrams.trials.record import Outcome, TrialConfig
+from diagrams.faults import SimulatorFault
+from diagrams.trials.record import Noise, Outcome, TrialConfig, TrialRecord
 from models.maps.gripper_poses import RETREAT
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.spaces import CUBE_EDGE, R_WG, R_WO
@@ -16,59 +17,52 @@ FLUSH_LIMIT = np.radians(22.5)
 MOST_DRAWS = 10
 """Of initial states, until the hand holds the cube; one in two hundred is not held."""
 
-Noise = dict[str, float]
-
 
 def draw_noise(config: TrialConfig, rng: np.random.Generator) -> Noise:
     """Draw every random quantity of a trial, always all and in the same order."""
-    return {
-        "x": rng.normal(0.0, config.position_sd),
-        "y": rng.normal(0.0, config.position_sd),
-        "yaw": rng.normal(0.0, config.yaw_sd),
-        "turn_about_closing": rng.normal(0.0, config.tilt_sd),
-        "gripper_roll": rng.normal(0.0, config.tilt_sd),
-        "gripper_pitch": rng.normal(0.0, config.tilt_sd),
-        "friction": rng.uniform(*config.friction),
-        "mass": rng.uniform(*config.mass),
-    }
+    return Noise(
+        x=rng.normal(0.0, config.position_sd),
+        y=rng.normal(0.0, config.position_sd),
+        yaw=rng.normal(0.0, config.yaw_sd),
+        turn_about_closing=rng.normal(0.0, config.tilt_sd),
+        gripper_roll=rng.normal(0.0, config.tilt_sd),
+        gripper_pitch=rng.normal(0.0, config.tilt_sd),
+        friction=rng.uniform(*config.friction),
+        mass=rng.uniform(*config.mass),
+    )
 
 
-class NotHeldError(RuntimeError):
+class NotHeld(Exception):  # noqa: N818 - an answer rather than an error
     """The hand lost the cube before the action began, so that there was nothing to try."""
 
 
 def begin(
-    attempt: Callable[[Noise], dict[str, Any]], config: TrialConfig, rng: np.random.Generator
-) -> dict[str, Any]:
+    attempt: Callable[[Noise], TrialRecord], config: TrialConfig, rng: np.random.Generator
+) -> TrialRecord:
     """Draw initial states until one is what the trial's state names, and try the action from it.
 
     A held state is one that a grasp has left. With some of the noise the fingers squeeze the cube
     out as soon as they close: no grasp leaves that.
 
     Args:
-        attempt: runs the trial with given noise, and returns what `TrialRecord` is made of.
+        attempt: runs the trial with given noise.
         config: the noise.
         rng: draws it.
 
     Returns:
         What ``attempt`` returned, with noise and draws; a simulator's failure as a fault.
     """
-    record: dict[str, Any] = {
-        "outcome": Outcome.FAULT,
-        "fault": f"the hand held the cube in none of {MOST_DRAWS} initial states",
-    }
-    draws, noise = 0, {}
-    while draws < MOST_DRAWS:
-        draws += 1
+    for draws in range(1, MOST_DRAWS + 1):
         noise = draw_noise(config, rng)
         try:
             record = attempt(noise)
-        except NotHeldError:
+        except NotHeld:
             continue
-        except RuntimeError as error:  # Drake reports a failed solver step this way.
-            record = {"outcome": Outcome.FAULT, "fault": str(error).splitlines()[0]}
-        break
-    return {**record, "noise": noise, "draws": draws}
+        except SimulatorFault as fault:
+            record = TrialRecord(Outcome.FAULT, fault=fault.text)
+        return replace(record, noise=noise, draws=draws)
+    never = f"the hand held the cube in none of {MOST_DRAWS} initial states"
+    return TrialRecord(Outcome.FAULT, fault=never, noise=noise, draws=MOST_DRAWS)
 
 
 def held_pose(orientation: int, gripper: int, noise: Noise) -> RigidTransform:
@@ -83,11 +77,11 @@ def held_pose(orientation: int, gripper: int, noise: Noise) -> RigidTransform:
         noise: as `draw_noise` gives it.
     """
     R_GO = settle_in_hand(R_WG[gripper].T @ R_WO[orientation])
-    R_GO = rotation_vector_to_matrix([0.0, noise["turn_about_closing"], 0.0]) @ R_GO
+    R_GO = rotation_vector_to_matrix([0.0, noise.turn_about_closing, 0.0]) @ R_GO
     depth = 0.5 * CUBE_EDGE * np.abs(R_GO[2]).sum()
     drawn_back = RETREAT if depth > 0.6 * CUBE_EDGE else 0.0
     # Within the pads' plane; across it the fingers centre the cube.
-    return RigidTransform(RotationMatrix(R_GO), [noise["x"], 0.0, noise["y"] + drawn_back])
+    return RigidTransform(RotationMatrix(R_GO), [noise.x, 0.0, noise.y + drawn_back])
 
 
 def settle_in_hand(R_GO: np.ndarray) -> np.ndarray:

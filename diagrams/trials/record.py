@@ -1,11 +1,13 @@
 """What a grasp trial is told and what it reports: plain records, nothing of the simulator."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 
 from diagrams.contact import TIME_STEP
+from diagrams.faults import first_line
 from models.errors import ModelError
+from models.task.pairs import pair_key, split_key
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,17 @@ class Pair:
     state: int
     action: int
 
+    @classmethod
+    def from_key(cls, key: int) -> "Pair":
+        """The pair of a key of `models.task.pairs`."""
+        state, action = split_key(key)
+        return cls(int(state), int(action))
+
+    @property
+    def key(self) -> int:
+        """Its key in `models.task.pairs`."""
+        return int(pair_key(self.state, self.action))
+
 
 def spawn_key(pair: Pair, repetition: int) -> tuple[int, int, int]:
     """What sets a trial's seed apart from those of a campaign's other trials.
@@ -76,6 +89,31 @@ def spawn_key(pair: Pair, repetition: int) -> tuple[int, int, int]:
     The trial draws from ``numpy.random.SeedSequence(campaign seed, spawn_key=…)``.
     """
     return pair.state, pair.action, repetition
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Every random quantity of a trial.
+
+    Attributes:
+        x: of the cube's place against the gripper's target [m].
+        y: the same across.
+        yaw: of a free cube against its nominal orientation [rad].
+        turn_about_closing: of a held cube, between the pads [rad].
+        gripper_roll: of the hand about the world's x [rad].
+        gripper_pitch: the same about y.
+        friction: coefficient, of everything.
+        mass: of the cube [kg].
+    """
+
+    x: float
+    y: float
+    yaw: float
+    turn_about_closing: float
+    gripper_roll: float
+    gripper_pitch: float
+    friction: float
+    mass: float
 
 
 class Outcome(StrEnum):
@@ -106,9 +144,10 @@ class TrialRecord:
         pad_force: force of each pad before the lift or the release.
         opening: of the pads at that moment.
         speed: of the cube when the outcome was read [m/s].
-        noise: what was drawn.
+        noise: what was drawn last; None if nothing was.
         draws: how often, until the hand held the cube that it is to begin with.
-        fault: the simulator's message, empty if none.
+        fault: why nothing was judged, in the first line; below it the traceback if the simulator
+            failed. Empty if there was no fault.
         cpu_s: processor time [s]; not part of the outcome.
     """
 
@@ -125,7 +164,12 @@ class TrialRecord:
     pad_force: float = 0.0
     opening: float = 0.0
     speed: float = 0.0
-    noise: dict[str, float] = field(default_factory=dict)
+    noise: Noise | None = None
     draws: int = 1
     fault: str = ""
     cpu_s: float = 0.0
+
+    @property
+    def reason(self) -> str:
+        """Why nothing was judged, in one line; empty if something was."""
+        return first_line(self.fault)

@@ -107,7 +107,7 @@ def summary(played: list[Played]) -> dict[str, Any]:
         "episodes": [
             {
                 "start": describe_state(episode.start),
-                "verdict": episode.fault or episode.episode.verdict.value,
+                "verdict": episode.reason or episode.episode.verdict.value,
                 "seconds": round(episode.seconds, 2),
                 "actions": [str(Action.from_index(s.action)) for s in episode.episode.steps],
                 "states": [s.next_state for s in episode.episode.steps],
@@ -133,6 +133,6 @@ def draw_film_strip(played: Played, camera: StillCamera, path: Path) -> None:
     for axis, posture, title in zip(axes.flat, shown, titles, strict=False):
         axis.imshow(camera.picture(posture))
         axis.set_title(title, fontsize=9)
-    figure.suptitle(played.fault or f"{played.episode.verdict} after {len(steps)} actions")
+    figure.suptitle(played.reason or f"{played.episode.verdict} after {len(steps)} actions")
     figure.savefig(path, dpi=90)
     plt.close(figure)

@@ -24,6 +24,7 @@ from experiments.kit.shipped_data import (
     load_feasibility,
 )
 from experiments.transitions.campaign import PairTrials, planned_classes, run_campaign
+from experiments.transitions.export import to_entries
 from experiments.transitions.options import Running, floating_campaign
 from experiments.transitions.releases import plot_sweep, run_sweep
 from experiments.transitions.rules import (
@@ -119,17 +120,17 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
     """Hold the model against trials of pairs drawn at random."""
     check_range("--trials", config.trials, len(Kind))
     config.check()
-    task = load_task(config.task)
+    model = to_entries(load_task(config.task).transitions)
     campaign = floating_campaign(config.trial, config.seed)
     if config.rig == ARM:
         models, map_hash = description_hash(STATION_FILES), sha256(SHIPPED_ROBOT / MAP)
         campaign = Campaign(config.trial, config.seed, models, version("drake"), ARM, map_hash)
-    drawn = draw_pairs(task.transitions, config.trials, np.random.default_rng(config.seed))
+    drawn = draw_pairs(model, config.trials, np.random.default_rng(config.seed))
     with start_workers(config.workers, config.cluster) as workers:
         database = TrialDatabase(config.database, campaign)
         run_campaign(database, campaign, PairTrials(drawn), workers)
     trials = [trial for trial in database.trials() if trial[0] in set(drawn)]
-    result = scores(task.transitions, trials)
+    result = scores(model, trials)
     print_scores(result)
     if config.campaign is not None:
         feasible, tried = load_feasibility().mask(), TrialDatabase(config.campaign).trials()

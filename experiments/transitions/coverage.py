@@ -12,9 +12,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from diagrams.trials.counts import Evidence, TransitionEntries, count_pairs
+from models.task.pairs import split_key
 from models.task.spaces import (
     GRIPPER_NAMES,
-    N_ACTIONS,
     N_GRIPPERS,
     N_ORIENTATIONS,
     Kind,
@@ -126,11 +126,10 @@ def _draw_evidence(axes: Any, counts: Mapping[str, Mapping[str, int]]) -> None:
 
 def _pairs(entries: TransitionEntries) -> dict[str, np.ndarray]:
     """Of each pair: kind, cube orientation, gripper, evidence, probability of the likeliest."""
-    key = entries.state.astype(np.int64) * N_ACTIONS + entries.action
-    keys, first, row = np.unique(key, return_index=True, return_inverse=True)
+    keys, first, row = np.unique(entries.key, return_index=True, return_inverse=True)
     best = np.zeros(keys.size)
     np.maximum.at(best, row, entries.probability)
-    state, action = np.divmod(keys, N_ACTIONS)
+    state, action = split_key(keys)
     _, orientation, gripper = decode_states(state)
     kind, target = decode_actions(action)
     return {

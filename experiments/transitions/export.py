@@ -18,11 +18,23 @@ from irl.task_data import TaskData, Transitions
 from models.task.clusters import clusters, state_preferences
 from models.task.features import rotation_features, thesis_features
 from models.task.generalisation import RULES, generalisation_groups
-from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_FREE
+from models.task.pairs import split_key
+from models.task.spaces import GOAL_STATE, LOST, N_FREE
 from models.task.tables import ACTION_COLUMNS, STATE_COLUMNS, action_rows, state_rows
 
 TABLE = "transitions.csv"
+FIELDS = TransitionEntries._fields
 MODEL, COUNTS, SUCCESSORS = "transition_model.json", "pair_counts.json", "next_states.json"
+
+
+def to_transitions(entries: TransitionEntries) -> Transitions:
+    """Entries as task data hold them."""
+    return Transitions(**entries._asdict())
+
+
+def to_entries(transitions: Transitions) -> TransitionEntries:
+    """The grasping task's entries out of its task data."""
+    return TransitionEntries(**{name: getattr(transitions, name) for name in FIELDS})
 
 
 def task_data(database: TrialDatabase, entries: TransitionEntries) -> TaskData:
@@ -33,7 +45,7 @@ def task_data(database: TrialDatabase, entries: TransitionEntries) -> TaskData:
         name="grasp",
         states=_table(STATE_COLUMNS, state_rows()),
         actions=_table(ACTION_COLUMNS, action_rows()),
-        transitions=Transitions(*entries),
+        transitions=to_transitions(entries),
         goal_states=np.array([GOAL_STATE]),
         start_states=np.arange(N_FREE),
         gamma=0.95,
@@ -61,8 +73,7 @@ def save_tables(entries: TransitionEntries, output: Output) -> None:
     pair ``"s, a"`` the number of trials and the states that may follow. ``transitions.csv`` has
     one row per trio, with Wilson's 95 % interval where trials stand behind it.
     """
-    pair = entries.state.astype(np.int64) * N_ACTIONS + entries.action
-    pairs, first, row = np.unique(pair, return_index=True, return_inverse=True)
+    pairs, first, row = np.unique(entries.key, return_index=True, return_inverse=True)
     trials = np.bincount(row, entries.count, minlength=pairs.size).astype(np.int64)
     low, high = wilson_intervals(entries.count, trials[row])
     columns = {
@@ -74,7 +85,7 @@ def save_tables(entries: TransitionEntries, output: Output) -> None:
     with output.file(TABLE) as path:
         write_csv(path, list(columns), zip(*columns.values(), strict=True))
 
-    state, action = (part.tolist() for part in np.divmod(pairs, N_ACTIONS))
+    state, action = (part.tolist() for part in split_key(pairs))
     names = [f"{s}, {a}" for s, a in zip(state, action, strict=True)]
     successors = np.split(entries.next_state, first[1:])
     dictionaries = {

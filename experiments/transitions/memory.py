@@ -14,6 +14,7 @@ from models.rotations import geodesic_angle
 from models.task.discretise import all_nearest_orientations
 from models.task.estimate import TIE
 from models.task.spaces import (
+    LOST,
     N_GRIPPERS,
     N_ORIENTATIONS,
     R_WG,
@@ -79,10 +80,10 @@ def print_two_turns(result: dict[str, dict[str, float]]) -> None:
 
 def _turn_table(entries: TransitionEntries) -> np.ndarray:
     """Orientation afterwards, by gripper, gripper afterwards and orientation; held cubes only."""
-    which = entries.action // N_GRIPPERS == Kind.ROTATE
+    which = decode_actions(entries.action).kind == Kind.ROTATE
     before = decode_states(entries.state[which])
     target = decode_actions(entries.action[which]).target
-    lost = entries.next_state[which] > entries.state.max()
+    lost = entries.next_state[which] == LOST
     after = decode_states(np.where(lost, 0, entries.next_state[which]))
     mine = (before.position == TRIAL_POSITION) & (after.gripper == target) & ~lost
     table = np.zeros((N_GRIPPERS, N_GRIPPERS, N_ORIENTATIONS, N_ORIENTATIONS))
@@ -93,7 +94,7 @@ def _turn_table(entries: TransitionEntries) -> np.ndarray:
 
 def _grasps(entries: TransitionEntries) -> list[tuple[int, int]]:
     """Cube orientation and gripper of every grasp in the table's middle."""
-    which = entries.action // N_GRIPPERS == Kind.GRASP
+    which = decode_actions(entries.action).kind == Kind.GRASP
     before = decode_states(entries.state[which])
     target = decode_actions(entries.action[which]).target
     mine = before.position == TRIAL_POSITION

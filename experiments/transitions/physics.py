@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from diagrams.trials.counts import Evidence, TransitionEntries, Trial
+from diagrams.trials.counts import Evidence, TransitionEntries, Trial, split_trio, trio_key
 from diagrams.trials.initial_state import turn_to_flush
 from diagrams.trials.plan import outcome_label
 from diagrams.trials.record import Outcome
@@ -14,6 +14,7 @@ from irl.metrics import wilson_interval
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation
 from models.task.estimate import estimated_transitions, rotated_orientations
+from models.task.pairs import pair_key, split_key
 from models.task.spaces import (
     GRIPPER_NAMES,
     N_ACTIONS,
@@ -57,28 +58,22 @@ def against_estimate(entries: TransitionEntries) -> dict[str, Any]:
     ``distance`` is the mean total variation between the two distributions.
     """
     tried = entries.evidence != Evidence.ESTIMATED
-    key = entries.state.astype(np.int64) * N_ACTIONS + entries.action
     feasible = np.zeros((N_STATES, N_ACTIONS), dtype=bool)
     feasible[entries.state[tried], entries.action[tried]] = True
     estimate = estimated_transitions(feasible)
-    estimated_key = estimate.state.astype(np.int64) * N_ACTIONS + estimate.action
-
-    def trios(pair: np.ndarray, next_state: np.ndarray) -> np.ndarray:
-        return pair * (N_STATES + 1) + next_state
-
-    ours = trios(key[tried], entries.next_state[tried])
-    theirs = trios(estimated_key, estimate.next_state)
+    ours = trio_key(entries.key[tried], entries.next_state[tried])
+    theirs = trio_key(pair_key(estimate.state, estimate.action), estimate.next_state)
     every = np.union1d(ours, theirs)
     p, q = np.zeros(every.size), np.zeros(every.size)
     p[np.searchsorted(every, ours)] = entries.probability[tried]
     q[np.searchsorted(every, theirs)] = estimate.probability
-    pairs, row = np.unique(every // (N_STATES + 1), return_inverse=True)
+    pairs, row = np.unique(split_trio(every)[0], return_inverse=True)
     distance = 0.5 * np.bincount(row, np.abs(p - q), minlength=pairs.size)
     best = np.zeros(pairs.size)
     np.maximum.at(best, row, p)
     # Of equally likely outcomes it is enough if geometry foretold one.
     agrees = np.bincount(row, (p == best[row]) & (q > 0), minlength=pairs.size) > 0
-    kind = decode_actions(pairs % N_ACTIONS).kind
+    kind = decode_actions(split_key(pairs)[1]).kind
     return {
         k.name.lower(): {
             "pairs": int((kind == k).sum()),

@@ -23,10 +23,11 @@ from diagrams.trials.counts import (
     transition_entries,
 )
 from diagrams.trials.record import Pair
-from experiments.transitions.validation import Entries, scores
+from experiments.transitions.validation import scores
 from irl.metrics import wilson_interval
 from models.task.kernel_rules import EXACT_RULES, THESIS_RULES, exact_rule
-from models.task.spaces import N_ACTIONS, Kind, decode_actions
+from models.task.pairs import split_key
+from models.task.spaces import Kind, decode_actions
 from models.task.trial_classes import TrialClasses
 
 EXACT, THESIS = "exact", "thesis"
@@ -39,12 +40,12 @@ class Rule(NamedTuple):
         source: `EXACT` or `THESIS`.
         name: of `EXACT_RULES` or `THESIS_RULES`.
         model: entries of the pairs that follow by it.
-        keys: those pairs, as state · 55 + action, none of them tried in the campaign.
+        keys: those pairs, by their keys, none of them tried in the campaign.
     """
 
     source: str
     name: str
-    model: Entries
+    model: TransitionEntries
     keys: np.ndarray
 
 
@@ -58,7 +59,7 @@ def find_rules(feasible: np.ndarray, trials: Sequence[Trial], classes: TrialClas
     """
     model = transition_entries(feasible, trials, classes)
     keys = _untried(model)
-    related = exact_rule(classes, *np.divmod(keys, N_ACTIONS))
+    related = exact_rule(classes, *split_key(keys))
     rules = [
         Rule(EXACT, name, model, keys[related == number]) for number, name in enumerate(EXACT_RULES)
     ]
@@ -77,13 +78,13 @@ def draw_rule_pairs(rule: Rule, number: int, rng: np.random.Generator) -> list[P
         rng: draws them, without replacement.
     """
     order = rng.permutation(rule.keys)
-    kind = decode_actions(order % N_ACTIONS).kind
+    kind = decode_actions(split_key(order)[1]).kind
     # The nth of its kind comes in the nth round.
     nth = np.zeros(order.size, dtype=np.int64)
     for k in Kind:
         nth[kind == k] = np.arange((kind == k).sum())
     chosen = order[np.argsort(nth, kind="stable")][:number]
-    return [Pair(*map(int, divmod(key, N_ACTIONS))) for key in chosen.tolist()]
+    return [Pair.from_key(key) for key in chosen]
 
 
 def judge(
@@ -140,14 +141,9 @@ def plot_rules(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
 
 def _restrict(rule: Rule) -> TransitionEntries:
     """The entries of the rule's own pairs."""
-    key = rule.model.state.astype(np.int64) * N_ACTIONS + rule.model.action
-    which = np.isin(key, rule.keys)
-    return TransitionEntries(
-        *(getattr(rule.model, name)[which] for name in TransitionEntries._fields)
-    )
+    return rule.model.select(np.isin(rule.model.key, rule.keys))
 
 
 def _untried(model: TransitionEntries) -> np.ndarray:
     """Pairs that follow from trials of others."""
-    key = model.state.astype(np.int64) * N_ACTIONS + model.action
-    return np.unique(key[model.evidence == Evidence.KERNEL])
+    return np.unique(model.key[model.evidence == Evidence.KERNEL])

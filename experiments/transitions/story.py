@@ -20,7 +20,7 @@ from diagrams.trials.plan import Plan
 from diagrams.trials.record import Outcome
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
-from experiments.kit.shipped_data import load_feasibility
+from experiments.kit.shipped_data import SHIPPED_TRIALS, load_feasibility
 from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
 from experiments.transitions.checks import (
     Releases,
@@ -65,8 +65,9 @@ class Run(Running):
 class Status:
     """Show how much of the feasible pairs the database covers."""
 
-    database: Path = DATABASE
-    """SQLite file."""
+    database: Path | None = None
+    """SQLite file; by default the one that `run` fills by default, or the shipped one if that is
+    missing."""
     seed: int = 0
     """Unused: nothing is drawn."""
     out: Path = Path("out/transitions")
@@ -117,7 +118,7 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
     if isinstance(config, Run):
         database = run(config, classes, feasible)
     else:
-        database = TrialDatabase(config.database)  # type: ignore[union-attr]
+        database = TrialDatabase(config.database or own_or_shipped())  # type: ignore[union-attr]
     trials = list(database.trials())
     entries = transition_entries(feasible, trials, classes)
     result = coverage(trials, entries)
@@ -150,6 +151,14 @@ def run(config: Run, classes: TrialClasses, feasible: np.ndarray) -> TrialDataba
         database = TrialDatabase(config.database, campaign)
         run_campaign(database, campaign, source, workers, config.hours)
     return database
+
+
+def own_or_shipped() -> Path:
+    """The database that `run` fills by default; if it is missing the shipped one, and say so."""
+    if DATABASE.is_file():
+        return DATABASE
+    print(f"{DATABASE} is missing ('run' makes it); these are the shipped trials, {SHIPPED_TRIALS}")
+    return SHIPPED_TRIALS
 
 
 def coverage(trials: list[Trial], entries: TransitionEntries) -> dict[str, Any]:

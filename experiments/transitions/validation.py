@@ -1,4 +1,4 @@
-"""How well a transition model foretells trials that it was not made from."""
+"""How well a transition model predicts trials that it was not made from."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,19 +11,17 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from diagrams.trials.counts import TransitionEntries, Trial
+from diagrams.trials.counts import Evidence, TransitionEntries, Trial
 from diagrams.trials.record import Outcome, Pair
 from irl.metrics import wilson_interval
-from irl.task import EVIDENCE, Transitions
-from models.task.spaces import N_ACTIONS, Kind, decode_actions
-
-Entries = Transitions | TransitionEntries
+from models.task.pairs import split_key
+from models.task.spaces import Kind, decode_actions
 
 PROBABLE = 0.05
 """An outcome at least as probable as this was to be reckoned with."""
 
 
-def draw_pairs(model: Transitions, number: int, rng: np.random.Generator) -> list[Pair]:
+def draw_pairs(model: TransitionEntries, number: int, rng: np.random.Generator) -> list[Pair]:
     """Draw feasible pairs that were not measured themselves, as many of each kind of action.
 
     Args:
@@ -34,45 +32,43 @@ def draw_pairs(model: Transitions, number: int, rng: np.random.Generator) -> lis
     Returns:
         Pairs, the kinds by turns.
     """
-    unmeasured = model.evidence != EVIDENCE.index("measured")
-    key = model.state.astype(np.int64) * N_ACTIONS + model.action
-    keys = np.unique(key[unmeasured])
-    kind = decode_actions(keys % N_ACTIONS).kind
+    keys = np.unique(model.key[model.evidence != Evidence.MEASURED])
+    kind = decode_actions(split_key(keys)[1]).kind
     each = -(-number // len(Kind))
     drawn = [rng.choice(keys[kind == k], each, replace=False) for k in Kind]
-    return [Pair(*map(int, divmod(k, N_ACTIONS))) for k in np.stack(drawn, axis=1).ravel()]
+    return [Pair.from_key(key) for key in np.stack(drawn, axis=1).ravel()]
 
 
-def scores(model: Entries, trials: Iterable[Trial]) -> dict[str, Any]:
+def scores(model: TransitionEntries, trials: Iterable[Trial]) -> dict[str, Any]:
     """How often the likeliest state came about, and how often what came about was probable.
 
     By kind of action, and over all: there each kind counts by its share of the feasible pairs,
     since the draw has as many of each. ``expected`` is the share of hits that the model itself
-    would foretell for the same trials; a right model comes near it.
+    would predict for the same trials; a right model comes near it.
 
     Args:
         model: entries by pair.
         trials: faults are counted and left out, as are pairs that the model does not have.
     """
-    foretold = _foretold(model)
+    predicted = _predict(model)
     hits: dict[Kind, list[tuple[float, float, float]]] = {kind: [] for kind in Kind}
     faults = []
     absent = 0
     for pair, _, record in trials:
         if record.outcome == Outcome.FAULT:
-            faults.append({"state": pair.state, "action": pair.action, "fault": record.fault})
+            faults.append({"state": pair.state, "action": pair.action, "fault": record.reason})
             continue
-        probability = foretold.get(pair.state * N_ACTIONS + pair.action)
+        probability = predicted.get(pair.key)
         if probability is None:
             absent += 1
             continue
-        # Of equally likely states only one is foretold, the first.
+        # Of equally likely states only one is predicted, the first.
         likeliest = max(probability, key=lambda state: (probability[state], -state))
         probable = probability.get(record.next_state, 0.0) >= PROBABLE
         kind = Kind(int(decode_actions(pair.action).kind))
         hits[kind].append((record.next_state == likeliest, probable, probability[likeliest]))
 
-    kinds = decode_actions(np.array(list(foretold)) % N_ACTIONS).kind
+    kinds = decode_actions(split_key(list(predicted))[1]).kind
     weight = {kind: float((kinds == kind).mean()) for kind in Kind}
     rows = {kind: np.array(hits[kind], dtype=float).reshape(-1, 3) for kind in Kind}
     result: dict[str, Any] = {
@@ -136,15 +132,14 @@ def plot_validation(result: dict[str, Any], path: Path) -> None:
     plt.close(figure)
 
 
-def _foretold(model: Entries) -> dict[int, dict[int, float]]:
+def _predict(model: TransitionEntries) -> dict[int, dict[int, float]]:
     """Probability by next state, by pair."""
-    foretold: dict[int, dict[int, float]] = {}
-    key = model.state.astype(np.int64) * N_ACTIONS + model.action
+    predicted: dict[int, dict[int, float]] = {}
     for k, s, p in zip(
-        key.tolist(), model.next_state.tolist(), model.probability.tolist(), strict=True
+        model.key.tolist(), model.next_state.tolist(), model.probability.tolist(), strict=True
     ):
-        foretold.setdefault(k, {})[s] = p
-    return foretold
+        predicted.setdefault(k, {})[s] = p
+    return predicted
 
 
 def _share(hits: np.ndarray) -> list[float]:

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform
 
 from diagrams.camera import StillCamera
 from diagrams.policy_controller import Verdict
@@ -14,17 +15,21 @@ CARRY = Action(Kind.TRANSLATE, GOAL_POSITION).index
 
 
 @pytest.fixture(scope="module")
-def played():
+def run():
     policy = np.full(N_STATES + 1, -1)
     policy[FAR.index] = GRASP
     policy[State(14, 0, 10).index] = CARRY
     policy[State(GOAL_POSITION, 0, 10).index] = DROP
-    run = PolicyRun(policy, load_planner(), goal_states=np.array([GOAL_STATE]))
+    return PolicyRun(policy, load_planner(), goal_states=np.array([GOAL_STATE]))
+
+
+@pytest.fixture(scope="module")
+def played(run):
     return run.play(FAR.index, np.random.default_rng(0))
 
 
 def test_the_arm_picks_carries_and_places_the_cube(played):
-    assert played.fault == ""
+    assert played.fault == played.reason == ""
     assert played.episode.verdict == Verdict.GOAL
     assert [step.action for step in played.episode.steps] == [GRASP, CARRY, DROP]
     assert [step.next_state for step in played.episode.steps] == [
@@ -58,3 +63,17 @@ def test_start_poses_stay_in_their_state_and_follow_the_seed():
         assert nearest_orientation(X_WO.rotation().matrix())[0] == 0
     with pytest.raises(ValueError, match="not free"):
         start_pose(State(14, 0, 10).index, np.random.default_rng(0))
+
+
+def test_what_drake_cannot_simulate_is_a_fault_and_what_we_get_wrong_is_not(run, monkeypatch):
+    nowhere = RigidTransform([0.6, 0.0, np.nan])
+    monkeypatch.setattr("diagrams.policy_run.start_pose", lambda *_: nowhere)
+    failed = run.play(FAR.index, np.random.default_rng(0))
+    assert not failed.success
+    assert "non-finite" in failed.reason and "\n" not in failed.reason
+    assert failed.fault.startswith(failed.reason) and "AdvanceTo" in failed.fault
+
+    monkeypatch.undo()
+    mistaken = {}
+    with pytest.raises(KeyError):
+        run.play(FAR.index, np.random.default_rng(0), progress=lambda *_: mistaken["absent"])

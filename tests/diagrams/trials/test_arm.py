@@ -35,3 +35,25 @@ def test_a_motion_that_cannot_be_planned_is_a_fault_and_says_why(rig):
     record = run_arm_trial(rig, TrialConfig(), stay, 0)
     assert record.outcome == Outcome.FAULT
     assert "already" in record.fault
+
+
+def test_a_state_out_of_reach_is_a_fault_and_says_so(rig, monkeypatch):
+    monkeypatch.setattr(rig.planner, "posture", lambda position, gripper: None)
+    drop = Pair(State(8, 0, 10).index, Action(Kind.DROP).index)
+    record = run_arm_trial(rig, TrialConfig(), drop, 0)
+    assert (record.outcome, record.draws) == (Outcome.FAULT, 1)
+    assert "does not reach" in record.reason
+
+
+def test_what_drake_cannot_simulate_is_a_fault_and_what_we_get_wrong_is_not(rig, monkeypatch):
+    grasp = Pair(State(8, 0).index, Action(Kind.GRASP, 10).index)
+    record = run_arm_trial(rig, TrialConfig(mass=(1e-300, 1e-300)), grasp, 0)
+    assert record.outcome == Outcome.FAULT
+    assert "NaN" in record.reason and "in _course" in record.fault
+
+    def mistaken(*_):
+        raise KeyError("ours")
+
+    monkeypatch.setattr(rig.planner, "plan", mistaken)
+    with pytest.raises(KeyError, match="ours"):
+        run_arm_trial(rig, TrialConfig(), grasp, 0)

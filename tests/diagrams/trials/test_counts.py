@@ -54,7 +54,7 @@ HELD, FAILED = TrialRecord(Outcome.HELD), TrialRecord(Outcome.FREE)
 
 def test_every_feasible_pair_has_probabilities_that_sum_to_one(feasible):
     found = entries(feasible, HELD, HELD, FAILED)
-    pair = found.state.astype(np.int64) * N_ACTIONS + found.action
+    pair = found.key
     total = np.bincount(pair, found.probability, minlength=feasible.size)
     assert total[feasible.ravel()] == pytest.approx(1.0)
     assert not total[~feasible.ravel()].any()

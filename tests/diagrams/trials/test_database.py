@@ -1,26 +1,33 @@
 import json
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
 
 from diagrams.trials.database import Campaign, TrialDatabase
-from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from irl.errors import InputError
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
 
 CAMPAIGN = Campaign(TrialConfig(), seed=0, description="d", drake="1")
 PAIR = Pair(9000, 54)
+NOISE = Noise(0.1, 0.0, 1 / 3, 0.0, 0.0, 0.0, 0.8, 0.1)
 RECORD = TrialRecord(
-    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise={"x": 0.1}, draws=2
+    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise=NOISE, draws=2
 )
 
 
 def test_what_goes_in_comes_out_to_the_last_bit(tmp_path):
-    TrialDatabase(tmp_path / "t.db", CAMPAIGN).add(PAIR, 4, RECORD)
+    fault = TrialRecord(Outcome.FAULT, fault="the solver gave up\nTraceback: …\n  line 1")
+    with closing(TrialDatabase(tmp_path / "t.db", CAMPAIGN)) as database:
+        database.add(PAIR, 4, RECORD)
+        database.add(PAIR, 5, fault)
     database = TrialDatabase(tmp_path / "t.db")
-    assert list(database.trials()) == [(PAIR, 4, RECORD)]
-    assert database.done() == {(PAIR, 4)}
+    assert list(database.trials()) == [(PAIR, 4, RECORD), (PAIR, 5, fault)]
+    assert fault.reason == "the solver gave up"
+    assert database.done() == {(PAIR, 4), (PAIR, 5)}
 
 
 def test_a_trial_is_taken_once(tmp_path):
@@ -34,11 +41,13 @@ def test_a_trial_is_taken_once(tmp_path):
 def test_another_campaign_is_refused_by_what_changed(tmp_path):
     TrialDatabase(tmp_path / "t.db", CAMPAIGN)
     other = replace(CAMPAIGN, seed=1, trial=TrialConfig(tilt_sd=0.5))
-    with pytest.raises(ModelError) as error:
+    with pytest.raises(InputError) as error:
         TrialDatabase(tmp_path / "t.db", other)
-    assert "seed = 0, not 1" in str(error.value)
-    assert "tilt_sd = 0.02, not 0.5" in str(error.value)
-    assert "mass" not in str(error.value)
+    assert str(error.value) == (
+        f"{tmp_path / 't.db'}: kept by other work, differing in seed (0 there, 1 here), "
+        "tilt_sd (0.02 there, 0.5 here); take another --database, or the same settings"
+    )
+    TrialDatabase(tmp_path / "t.db", replace(CAMPAIGN)).close()
 
 
 def test_a_row_names_its_class_and_seed(tmp_path):
@@ -97,7 +106,7 @@ def test_tables_of_another_version_are_refused(tmp_path, campaign):
 
 
 @pytest.mark.parametrize("content", [b"not a database, but long enough to be one" * 30, None])
-def test_no_database_is_no_database(tmp_path, content):
+def test_what_is_not_a_database_is_refused(tmp_path, content):
     if content is not None:
         (tmp_path / "t.db").write_bytes(content)
     with pytest.raises(ModelError, match=r"t\.db"):

@@ -73,7 +73,7 @@ def test_noise_follows_the_seed_alone(try_pair):
     records = [try_pair(grasp(0, 10), seed, TrialConfig()) for seed in (1, 1, 2)]
     assert facts(records[0]) == facts(records[1])
     assert records[0].noise != records[2].noise
-    assert 0.6 <= records[0].noise["friction"] <= 0.9
+    assert 0.6 <= records[0].noise.friction <= 0.9
 
 
 @pytest.mark.parametrize("target", [2, 17], ids=["near", "far and up"])
@@ -114,6 +114,23 @@ def test_what_the_hand_never_held_is_drawn_anew(try_pair):
     never = try_pair(held(0, 10, DROP), 0, replace(QUIET, friction=(0.001, 0.001)))
     assert (never.outcome, never.draws) == (Outcome.FAULT, MOST_DRAWS)
     assert "in none of 10" in never.fault
+
+
+def test_a_solver_that_fails_is_a_fault_that_says_where(try_pair):
+    weightless = replace(QUIET, mass=(1e-300, 1e-300))
+    record = try_pair(held(0, 10, DROP), 0, weightless)
+    assert (record.outcome, record.next_state) == (Outcome.FAULT, -1)
+    assert "NaN" in record.reason and record.noise.mass == 1e-300
+    assert "in _hold" in record.fault and "in advance" in record.fault
+
+
+def test_a_mistake_of_ours_ends_the_trial_and_is_not_booked_as_a_fault(try_pair, monkeypatch):
+    def mistaken(*_, **__):
+        raise IndexError("ours")
+
+    monkeypatch.setattr("diagrams.trials.floating.judge_pose", mistaken)
+    with pytest.raises(IndexError, match="ours"):
+        try_pair(grasp(0, 10), 0)
 
 
 @pytest.mark.parametrize(

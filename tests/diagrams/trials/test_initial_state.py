@@ -1,12 +1,22 @@
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
-from diagrams.trials.initial_state import draw_noise, held_pose, turn_to_flush
-from diagrams.trials.record import TrialConfig
+from diagrams.faults import simulating
+from diagrams.trials.initial_state import (
+    MOST_DRAWS,
+    NotHeld,
+    begin,
+    draw_noise,
+    held_pose,
+    turn_to_flush,
+)
+from diagrams.trials.record import Noise, Outcome, TrialConfig, TrialRecord
 from models.rotations import geodesic_angle, matrix_to_rotation_vector
 from models.task.spaces import R_WG, R_WO
 
-NONE = dict.fromkeys(draw_noise(TrialConfig(), np.random.default_rng(0)), 0.0)
+NONE = Noise(**{field.name: 0.0 for field in fields(Noise)})
 
 
 @pytest.mark.parametrize("gripper", [0, 5, 7, 9, 10, 11])
@@ -37,8 +47,52 @@ def test_noise_has_the_spread_that_the_configuration_says():
     config = TrialConfig()
     rng = np.random.default_rng(1)
     drawn = [draw_noise(config, rng) for _ in range(2000)]
-    sd = {name: np.std([noise[name] for noise in drawn]) for name in NONE}
     for name, expected in {"x": config.position_sd, "yaw": config.yaw_sd}.items():
-        assert sd[name] == pytest.approx(expected, rel=0.1)
+        sd = np.std([getattr(noise, name) for noise in drawn])
+        assert sd == pytest.approx(expected, rel=0.1)
     low, high = config.friction
-    assert all(low <= noise["friction"] <= high for noise in drawn)
+    assert all(low <= noise.friction <= high for noise in drawn)
+
+
+def begun(attempt):
+    return begin(attempt, TrialConfig(), np.random.default_rng(3))
+
+
+def test_initial_states_are_drawn_until_the_hand_holds_the_cube():
+    drawn = []
+
+    def third(noise):
+        drawn.append(noise)
+        if len(drawn) < 3:
+            raise NotHeld
+        return TrialRecord(Outcome.HELD, slip=1.0)
+
+    record = begun(third)
+    assert record == TrialRecord(Outcome.HELD, slip=1.0, noise=drawn[2], draws=3)
+    assert len(set(drawn)) == 3
+
+
+def test_a_cube_never_held_and_a_simulator_that_fails_are_faults_with_a_reason():
+    def never(noise):
+        raise NotHeld
+
+    def fails(noise):
+        with simulating():
+            raise RuntimeError("the solver gave up")
+
+    record = begun(never)
+    assert (record.outcome, record.draws) == (Outcome.FAULT, MOST_DRAWS)
+    assert record.reason == "the hand held the cube in none of 10 initial states"
+    record = begun(fails)
+    assert (record.outcome, record.draws) == (Outcome.FAULT, 1)
+    assert record.reason == "the solver gave up"
+    assert "in fails" in record.fault
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyError, RuntimeError, SystemExit])
+def test_a_mistake_of_ours_is_no_fault_of_the_simulator(error):
+    def mistaken(noise):
+        raise error("ours")
+
+    with pytest.raises(error, match="ours"):
+        begun(mistaken)

@@ -17,12 +17,12 @@ from diagrams.trials.plan import Plan
 from diagrams.trials.record import Pair, TrialConfig, TrialRecord
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
-from experiments.kit.shipped_data import load_feasibility
+from experiments.kit.shipped_data import SHIPPED_TRIALS, load_feasibility
 from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
 from experiments.transitions.export import save_tables, task_data
 from irl.errors import InputError
 from irl.task_data import load_task, save_task
-from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Kind
+from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Kind, decode_actions
 from models.task.trial_classes import trial_classes
 
 # A short course: what is tested is the bookkeeping.
@@ -138,7 +138,7 @@ def test_exported_task_data_say_what_is_measured_and_what_is_estimated(exported)
     assert task.goal_states.tolist() == [GOAL_STATE]
     assert task.fixed_vr == {LOST: -1.0}
     assert np.array_equal(task.model.mask, load_feasibility().mask())
-    kind = task.transitions.action // 18
+    kind = decode_actions(task.transitions.action).kind
     estimated = task.transitions.evidence == 2
     assert np.array_equal(estimated, kind == Kind.ROTATE)
     assert (task.transitions.count[~estimated] > 0).all()
@@ -190,6 +190,30 @@ def test_mistakes_are_told_in_one_line_and_leave_nothing(tmp_path, arguments, wo
     assert done.stderr.count("\n") == 1
     assert word in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_status_shows_the_shipped_trials_where_none_were_run(tmp_path):
+    def status(*options):
+        return subprocess.run(
+            [sys.executable, "-m", "experiments.transitions", "status", "--out", "out", *options],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(Path.cwd())},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    done = status()
+    assert done.returncode == 0, done.stderr
+    first = done.stdout.splitlines()[0]
+    assert "out/transitions/trials.db is missing" in first and str(SHIPPED_TRIALS) in first
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert result["trials"] > 0 and result["estimated"] == 0
+
+    # Whoever names a file wants that one.
+    named = status("--database", "out/transitions/trials.db")
+    assert named.returncode == 2
+    assert named.stderr.startswith("error: out/transitions/trials.db: no such trial database")
 
 
 QUICK_RUN = (

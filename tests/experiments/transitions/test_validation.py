@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 
+from diagrams.trials.counts import Evidence, TransitionEntries
 from diagrams.trials.record import Outcome, Pair, TrialRecord
 from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.transitions.export import to_entries
 from experiments.transitions.validation import draw_pairs, scores
-from irl.task import Transitions
 from irl.task_data import load_task
-from models.task.spaces import N_ACTIONS, Action, Kind, State, decode_actions
+from models.task.spaces import Action, Kind, State, decode_actions
 
 HELD = State(8, 0, 10).index
 DROP, UP = Action(Kind.DROP).index, Action(Kind.TRANSLATE, 9).index
@@ -15,7 +16,7 @@ DROP, UP = Action(Kind.DROP).index, Action(Kind.TRANSLATE, 9).index
 def model(*entries):
     """(state, action, next state, probability, evidence), all else made up."""
     state, action, next_state, probability, evidence = zip(*entries, strict=True)
-    return Transitions(
+    return TransitionEntries(
         *(np.array(column, dtype=np.int32) for column in (state, action, next_state)),
         np.array(probability),
         np.ones(len(entries), dtype=np.int64),
@@ -52,11 +53,10 @@ def test_what_came_about_is_held_against_what_was_foretold():
 
 def test_pairs_are_drawn_evenly_by_kind_and_never_one_that_was_measured():
     task = load_task(SHIPPED_TASK)
-    drawn = draw_pairs(task.transitions, 40, np.random.default_rng(0))
+    model = to_entries(task.transitions)
+    drawn = draw_pairs(model, 40, np.random.default_rng(0))
     assert len(set(drawn)) == 40
     assert [int(decode_actions(pair.action).kind) for pair in drawn[:4]] == [0, 1, 2, 3]
     assert all(task.model.pair_index(pair.state, pair.action) >= 0 for pair in drawn)
-    t = task.transitions
-    measured = set((t.state.astype(int) * N_ACTIONS + t.action)[t.evidence == 0].tolist())
-    assert not {pair.state * N_ACTIONS + pair.action for pair in drawn} & measured
-    assert drawn == draw_pairs(t, 40, np.random.default_rng(0))
+    assert not {pair.key for pair in drawn} & {*model.key[model.evidence == Evidence.MEASURED]}
+    assert drawn == draw_pairs(model, 40, np.random.default_rng(0))

@@ -1,9 +1,9 @@
 import re
-import types
+import sys
 
 import pytest
 
-from experiments.docs import PACKAGES, build, first_line, room_map, rooms
+from experiments.docs import PACKAGES, build, docstring, lesson, literal_blocks, room_map, rooms
 
 
 def test_the_front_page_has_a_row_for_every_room():
@@ -25,14 +25,23 @@ def test_rooms_come_as_the_docstring_names_them(tmp_path, monkeypatch):
         (package / f"{name}.py").write_text(f'"""The {name}."""\n')
     (package / "__init__.py").write_text('"""Enter by the `hall`, then `cellar`."""\n')
     monkeypatch.syspath_prepend(tmp_path)
-    import house
+    assert rooms("house") == ["house.hall", "house.cellar", "house.attic"]
+    assert docstring("house.hall") == "The hall."
+    assert "house.hall" not in sys.modules  # read, not run
 
-    assert [room.__name__ for room in rooms(house)] == ["house.hall", "house.cellar", "house.attic"]
+
+def test_a_script_of_cells_becomes_text_and_code():
+    script = '"""A title."""\n# %% [markdown]\n# ## One\n#\n# Words.\n\n# %%\nx = 1  # why\n'
+    assert lesson(script) == "## One\n\nWords.\n\n```python\nx = 1  # why\n```"
 
 
-def test_a_first_line_fits_a_cell():
-    assert first_line(types.ModuleType("m", "One | two.\n\nThree.")) == "One \\| two."
-    assert first_line(types.ModuleType("m")) == ""
+def test_drawings_keep_their_lines():
+    drawing = "Ports.\n\n::\n\n       ┌─┐\n    a ─┤ │\n\nAll of them, in order::\n\n    b\n"
+    text = literal_blocks(drawing)
+    assert "```text\n   ┌─┐\na ─┤ │\n```" in text
+    assert "All of them, in order:\n\n```text\nb\n```" in text
+    assert "::" not in text
+    assert literal_blocks("f(x::y)") == "f(x::y)\n"
 
 
 def test_pages_need_no_network(tmp_path):

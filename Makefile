@@ -4,7 +4,7 @@ BIN := $(VENV)/bin
 PEERS := .venv-bench
 PEER_LIST := experiments/bench/peers/requirements.txt
 
-.PHONY: run test lint bench clean
+.PHONY: run test lint bench docs clean
 run: $(VENV)/installed
 	$(BIN)/python -m experiments.demo
 
@@ -18,6 +18,10 @@ lint: $(VENV)/installed
 
 bench: $(VENV)/installed $(PEERS)/installed
 	$(BIN)/python -m experiments.bench
+
+docs: $(VENV)/installed
+	rm -rf out/docs
+	$(BIN)/python -m experiments.docs
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

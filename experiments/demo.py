@@ -15,12 +15,16 @@ import torch
 
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
-from experiments.grasping.playing import play_episodes, summary
+from experiments.grasping.playing import (
+    check_max_actions,
+    draw_starts,
+    play_episodes,
+    summary,
+)
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
-from experiments.simulate import check_max_actions, draw_starts
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
 from irl.task_data import load_task

@@ -17,12 +17,38 @@ from diagrams.camera import StillCamera
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import TIME_LIMIT, Played, PolicyRun
 from experiments.kit.command import Output
+from irl.errors import InputError
+from irl.task_data import TaskData
 from models.motion.planner import ActionPlanner
 from models.task.spaces import Action
 from models.task.tables import describe_state
 
 PAUSE = 1.0
 """Between two episodes in a recording [s]."""
+
+
+def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) -> np.ndarray:
+    """Draw start states that are not goals, without repetition.
+
+    Raises:
+        InputError: if ``number`` is below ``at_least`` or above what there is.
+    """
+    pool = np.setdiff1d(task.start_states, task.goal_states)
+    if not at_least <= number <= pool.size:
+        raise InputError(
+            f"--starts {number}: give {at_least} to {pool.size}, the task's start states"
+        )
+    return np.random.default_rng(seed).choice(pool, number, replace=False)
+
+
+def check_max_actions(number: int) -> None:
+    """Refuse an episode without actions.
+
+    Raises:
+        InputError: if ``number`` is below 1.
+    """
+    if number < 1:
+        raise InputError(f"--max-actions {number}: give 1 or more")
 
 
 def play_episodes(

@@ -15,13 +15,10 @@ import numpy as np
 from experiments.gridworld.hard import cases, hard_rows
 from experiments.gridworld.learning import (
     Lesson,
-    Mapper,
     Run,
     Settings,
     learn,
-    mapper,
     policy_of,
-    run_all,
 )
 from experiments.gridworld.plots import (
     plot_curves,
@@ -32,6 +29,7 @@ from experiments.gridworld.plots import (
     plot_times,
 )
 from experiments.kit.command import Output
+from experiments.kit.executors import Mapper, mapper, run_all
 from irl.choices import check_choice, check_range
 from irl.domains.gridworld import GridWorld, goal_cell
 from irl.errors import InputError

@@ -74,10 +74,10 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     with output.file("policy.safetensors") as path:
         save_policy(policy, path)
     assessment = assess(task, teacher.oracle, policy, learnt.result.demonstrations, rng)
-    with output.file("learning.png") as path:
-        plot_learning(learnt, assessment, path)
-    with output.file("policy.png") as path:
-        plot_policy(task, policy, teacher.oracle, path)
+    with output.figure("learning.png") as figure:
+        plot_learning(figure, learnt, assessment)
+    with output.figure("policy.png") as figure:
+        plot_policy(figure, task, policy, teacher.oracle)
     learnt_s = perf_counter() - started
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "episodes": []}

@@ -144,9 +144,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         )
     ceiling = success_mdp(model, uniform_policy(teacher.optimal_actions), goal, starts)
     show(rows, ceiling)
-    with output.file("methods.png") as path:
+    with output.figure("methods.png") as figure:
         plot_methods(
-            path,
+            figure,
             [row["method"] for row in rows],
             [
                 ("success", [row["success_mdp"] for row in rows]),

@@ -27,6 +27,7 @@ from irl.policy import Policy
 
 if TYPE_CHECKING:
     import gymnasium
+    from matplotlib.figure import Figure
 
 GAMMA = 0.99
 MAX_STEPS = 200  # Taxi's own limit; CliffWalking has none
@@ -126,12 +127,12 @@ def show(rows: list[dict[str, Any]]) -> None:
         )
 
 
-def draw(rows: list[dict[str, Any]], config: Config, path: Path) -> None:
+def draw(figure: "Figure", rows: list[dict[str, Any]], config: Config) -> None:
     """Draw every method's return in every world, beside that of the true reward's policy."""
     of = {(row["environment"], row["method"]): row for row in rows}
     worlds, methods = config.environments, config.methods
     plot_methods(
-        path,
+        figure,
         methods,
         [(f"{world}: return", [of[world, m]["return"] for m in methods]) for world in worlds],
         [of[world, methods[0]]["optimal"] for world in worlds],
@@ -187,8 +188,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         env.close()
     bar.close()
     show(rows)
-    with output.file("methods.png") as path:
-        draw(rows, config, path)
+    with output.figure("methods.png") as figure:
+        draw(figure, rows, config)
     return {"rows": rows}
 
 

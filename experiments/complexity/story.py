@@ -41,8 +41,8 @@ from experiments.complexity.growth import (
     PUBLISHED_STATES,
     SOURCE,
     growth,
+    plot_times,
     published_rows,
-    save_plot,
 )
 from experiments.kit.command import Output
 from experiments.kit.kept_rows import KeptRows
@@ -214,8 +214,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             names = [name for name in config.methods if name not in skipped]
             kept.add(measure(world, names, config, bar) | {"skipped": skipped})
             bar.update(len(rows) * per_grid - bar.n)
-    with output.file("complexity.png") as temporary:
-        save_plot(rows, temporary)
+    with output.figure("complexity.png") as figure:
+        plot_times(figure, rows)
     kept.forget()
     published = published_rows()
     return {

@@ -1,15 +1,11 @@
 """Episodes in the Drake diagram: played one after another, recorded, drawn as film strips."""
 
 import logging
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.image import imsave
 from pydrake.geometry import Meshcat, MeshcatParams
 from tqdm import tqdm
 
@@ -108,14 +104,14 @@ def play_episodes(
         path.write_text(meshcat.StaticHtml())
     camera = StillCamera(view_from=(1.2, -0.75, 1.05), view_at=(0.45, 0.0, 0.62))
     for number, episode in enumerate(played):
-        with output.file(f"episode_{number + 1}.png") as path:
-            draw_film_strip(episode, camera, path)
+        with output.figure(f"episode_{number + 1}.png", dpi=90) as figure:
+            draw_film_strip(figure, episode, camera)
     if len(played[0].postures) > 1:
         portrait = StillCamera(
             size=(1280, 860), view_from=(1.15, -0.62, 1.0), view_at=(0.33, 0.0, 0.74)
         )
         with output.file("robot.png") as path:
-            plt.imsave(path, portrait.picture(played[0].postures[1]))
+            imsave(path, portrait.picture(played[0].postures[1]))
     return played
 
 
@@ -143,7 +139,7 @@ def summary(played: list[Played]) -> dict[str, Any]:
     }
 
 
-def draw_film_strip(played: Played, camera: StillCamera, path: Path) -> None:
+def draw_film_strip(figure: Figure, played: Played, camera: StillCamera) -> None:
     """Draw the scene at the start and after each action, with its name."""
     steps = played.episode.steps
     titles = [f"start: {describe_state(played.start)}"]
@@ -151,14 +147,11 @@ def draw_film_strip(played: Played, camera: StillCamera, path: Path) -> None:
     shown = played.postures[: len(titles)]
     columns = min(4, len(shown))
     rows = -(-len(shown) // columns)
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(4 * columns, 3.3 * rows), squeeze=False, layout="constrained"
-    )
+    figure.set_size_inches(4 * columns, 3.3 * rows)
+    axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
         axis.axis("off")
     for axis, posture, title in zip(axes.flat, shown, titles, strict=False):
         axis.imshow(camera.picture(posture))
         axis.set_title(title, fontsize=9)
     figure.suptitle(played.fault or f"{played.episode.verdict} after {len(steps)} actions")
-    figure.savefig(path, dpi=90)
-    plt.close(figure)

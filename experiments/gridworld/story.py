@@ -157,14 +157,14 @@ def solvable(
             result[kind].append(row(world, config, group))
             if kind == "rows":
                 curves[f"{world.n} × {world.n}"] = group
-                with output.file(f"policy_{world.n}.png") as path:
+                with output.figure(f"policy_{world.n}.png") as figure:
                     plot_policy(
-                        world, config.trajectories, group[0], config.state_preferences, path
+                        figure, world, config.trajectories, group[0], config.state_preferences
                     )
-    with output.file("accuracy.png") as path:
-        plot_curves(curves, path)
-    with output.file("time.png") as path:
-        plot_times(result["rows"], PUBLISHED, path)
+    with output.figure("accuracy.png") as figure:
+        plot_curves(figure, curves)
+    with output.figure("time.png") as figure:
+        plot_times(figure, result["rows"], PUBLISHED)
     return result
 
 
@@ -200,8 +200,8 @@ def correction(config: Config, output: Output, over: Mapper) -> list[dict[str, A
         )
         name = f"β = {beta:g}, {'with' if preferred else 'without'} state preferences"
         policies[name] = learnt[0]
-    with output.file("preferences.png") as path:
-        plot_preferences(world, "border", policies, path)
+    with output.figure("preferences.png") as figure:
+        plot_preferences(figure, world, "border", policies)
     return rows
 
 
@@ -217,8 +217,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             result["hard_rows"], first = hard_rows(
                 hard, config.queries, config.state_query, seeds, config.settings, over
             )
-            with output.file("hard.png") as path:
-                plot_hard(result["hard_rows"], path)
-            with output.file("hard_policies.png") as path:
-                plot_hard_policies(hard, result["hard_rows"], first, path)
+            with output.figure("hard.png") as figure:
+                plot_hard(figure, result["hard_rows"])
+            with output.figure("hard_policies.png") as figure:
+                plot_hard_policies(figure, hard, result["hard_rows"], first)
     return result

@@ -9,7 +9,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import tyro
@@ -18,6 +18,9 @@ import yaml
 from irl.errors import InputError
 from irl.files import atomic_path
 from models.errors import ModelError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Config = TypeVar("Config")
 BAD_INPUT = 2
@@ -98,6 +101,20 @@ class Output:
         """Yield a temporary path that becomes ``name`` in the folder when the block succeeds."""
         with atomic_path(self.folder / name) as path:
             yield path
+
+    @contextlib.contextmanager
+    def figure(self, name: str, dpi: int = 120) -> Iterator["Figure"]:
+        """Yield an empty figure that becomes the picture ``name`` when the block succeeds.
+
+        Whoever draws sets its size. It is made without pyplot, so that it needs no display, and
+        nothing keeps it once it is saved.
+        """
+        from matplotlib.figure import Figure  # noqa: PLC0415 - slow, and not all commands draw
+
+        figure = Figure(layout="constrained")
+        yield figure
+        with self.file(name) as path:
+            figure.savefig(path, dpi=dpi)
 
     def write_config(self) -> None:
         """Save the whole effective configuration, defaults included, as ``config.yaml``."""

@@ -257,14 +257,14 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         "states": problem.lake.n_states,
         "seeds": list(seeds),
     }
-    with output.file("figure_6_1.png") as path:
-        plot_advice(result["curves"], result["objective_curves"], config.target, path)
-    with output.file("figure_6_2.png") as path:
-        plot_clustering(result["clustering_curves"], path)
-    with output.file("noise.png") as path:
-        plot_noise(result["noise"], config.noise_queries, path)
-    with output.file("policy.png") as path:
-        plot_lake(problem.lake, learned_policies(plan, config.seed), LAKE_WIND, optimal, path)
+    with output.figure("figure_6_1.png") as figure:
+        plot_advice(figure, result["curves"], result["objective_curves"], config.target)
+    with output.figure("figure_6_2.png") as figure:
+        plot_clustering(figure, result["clustering_curves"])
+    with output.figure("noise.png") as figure:
+        plot_noise(figure, result["noise"], config.noise_queries)
+    with output.figure("policy.png") as figure:
+        plot_lake(figure, problem.lake, learned_policies(plan, config.seed), LAKE_WIND, optimal)
     for name, entry in result["queries_to_target"].items():
         needed = "more than all" if entry["queries"] is None else f"{entry['queries']:.0f}"
         print(f"{name:>18}: {needed} queries to performance {config.target}")

@@ -148,11 +148,11 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         raise InputError(
             "toy_text: needs gymnasium; pip install 'active-advice-irl[gym]'"
         ) from error
-    check_range("--episodes", config.episodes, 1)
+    check_range("episodes", config.episodes, 1)
     for name in config.environments:
-        check_choice("--environments", name, EXAMPLES)
+        check_choice("environments", name, EXAMPLES)
     for name in config.methods:
-        check_choice("--methods", name, METHODS)
+        check_choice("methods", name, METHODS)
     torch.set_num_threads(1)  # the networks are small
     rows = []
     bar = tqdm(total=len(config.environments) * len(config.methods), leave=False)

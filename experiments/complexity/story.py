@@ -46,6 +46,7 @@ from experiments.complexity.growth import (
 )
 from experiments.kit.command import Output
 from experiments.kit.kept_rows import KeptRows
+from experiments.kit.options import about
 from irl.baselines.birl import SamplingConfig
 from irl.baselines.differentiable_planning import Planner
 from irl.choices import check_choice, check_range
@@ -89,13 +90,11 @@ def grid(states: int) -> GridWorld:
     """The grid of so many cells, its goal in the middle.
 
     Raises:
-        InputError: if that is no square, or too few; names the nearest squares.
+        InputError: if that is not a square, or too few; names the nearest squares.
     """
     side = isqrt(max(states, 0))
     if side**2 != states:
-        raise InputError(
-            f"states: {states} is no square; the next are {side**2}, {(side + 1) ** 2}"
-        )
+        raise InputError(f"{states} is not a square; the next are {side**2}, {(side + 1) ** 2}")
     return GridWorld(side, (side // 2, side // 2))
 
 
@@ -196,7 +195,8 @@ def check(config: Config) -> None:
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Time every method on every grid, smallest first; fit and plot the growth."""
     check(config)
-    worlds = [grid(states) for states in sorted(set(config.states))]
+    with about("states"):
+        worlds = [grid(states) for states in sorted(set(config.states))]
     torch.set_num_threads(1)
     identity = {
         name: list(value) if isinstance(value, tuple) else value

@@ -32,7 +32,8 @@ def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) ->
     pool = np.setdiff1d(task.start_states, task.goal_states)
     if not at_least <= number <= pool.size:
         raise InputError(
-            f"--starts {number}: give {at_least} to {pool.size}, the task's start states"
+            f"--starts: must be ≥ {at_least} and ≤ {pool.size}, the number of the task's start "
+            f"states, is {number}"
         )
     return np.random.default_rng(seed).choice(pool, number, replace=False)
 
@@ -44,7 +45,7 @@ def check_max_actions(number: int) -> None:
         InputError: if ``number`` is below 1.
     """
     if number < 1:
-        raise InputError(f"--max-actions {number}: give 1 or more")
+        raise InputError(f"--max-actions: must be ≥ 1, is {number}")
 
 
 def play_episodes(

@@ -30,6 +30,7 @@ from experiments.gridworld.plots import (
 )
 from experiments.kit.command import Output
 from experiments.kit.executors import Mapper, mapper, run_all
+from experiments.kit.options import about
 from irl.choices import check_choice, check_range
 from irl.domains.gridworld import GridWorld, goal_cell
 from irl.errors import InputError
@@ -122,11 +123,13 @@ def checked_worlds(config: Config) -> list[GridWorld]:
     for name, low in (("iterations", 1), ("workers", 1), ("hard_seeds", 1), ("queries", 0)):
         check_range(name, getattr(config, name), low)
     check_range("hidden", min(config.hidden, default=1), 1)
-    check_range("seed + seeds", config.seed + min(config.seeds), 0)
+    if config.seed + min(config.seeds) < 0:
+        raise InputError(f"seeds: with --seed added, all must be ≥ 0, are {config.seeds}")
     for share in config.wrong:
         check_range("wrong", share, 0, 1)
     check_choice("state_query", config.state_query, STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES)
-    worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]
+    with about("sizes"):
+        worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]
     for world in worlds:
         config.settings.training(world.n)
     return worlds
@@ -208,7 +211,8 @@ def correction(config: Config, output: Output, over: Mapper) -> list[dict[str, A
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Learn every grid with every seed; plot and tabulate."""
     worlds = checked_worlds(config)  # mistakes are told before any work begins
-    hard = cases(config.hard_size, config.trajectories, config.wrong) if config.hard else []
+    with about("hard_size"):
+        hard = cases(config.hard_size, config.trajectories, config.wrong) if config.hard else []
     with mapper(config.workers) as over:
         result = solvable(config, worlds, output, over)
         result["preference_rows"] = correction(config, output, over)

@@ -2,9 +2,7 @@
 
 import contextlib
 import dataclasses
-import io
 import json
-import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -12,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-import tyro
 import yaml
 
+from experiments.kit.options import OptionError, name_option, parse
 from irl.errors import InputError
 from irl.files import atomic_path
 from models.errors import ModelError
@@ -46,24 +44,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     return value
-
-
-def parse(config_type: type[Config], arguments: list[str] | None = None) -> Config:
-    """Read the options, each a field of ``config_type``.
-
-    Raises:
-        SystemExit: 0 after ``--help``; 2 after one line that names the mistake.
-    """
-    said = io.StringIO()
-    try:
-        with contextlib.redirect_stderr(said):
-            return tyro.cli(config_type, args=arguments)
-    except SystemExit as stop:
-        if not stop.code:
-            raise
-    # The parser's boxed message, flattened: strip frames and colours, keep the words.
-    text = re.sub(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]+", " ", said.getvalue())
-    raise _fail(re.sub(r"\s+", " ", text).strip())
 
 
 class Output:
@@ -137,10 +117,13 @@ def execute(
     ``main(config, output)`` returns what goes into ``result.json``. A mistake of the user
     ends in one line on stderr and exit code 2; a defect of ours keeps its traceback.
     """
-    config = parse(config_type, arguments)
+    try:
+        config = parse(config_type, arguments)
+    except OptionError as error:
+        raise _fail(str(error)) from None
     try:
         if getattr(config, "seed", 0) < 0:
-            raise InputError(f"--seed {config.seed}: give 0 or more")  # type: ignore[attr-defined]
+            raise InputError(f"--seed: must be ≥ 0, is {config.seed}")  # type: ignore[attr-defined]
         output = Output(config.out, config)  # type: ignore[attr-defined]
         try:
             result = main(config, output)
@@ -150,7 +133,7 @@ def execute(
         output.write_config()
         output.write_result(result)
     except (InputError, ModelError) as error:
-        raise _fail(str(error)) from None
+        raise _fail(name_option(str(error), type(config))) from None
     except OSError as error:
         raise _fail(f"{error.filename or 'input or output'}: {error.strerror or error}") from error
     except KeyboardInterrupt:

@@ -51,9 +51,7 @@ def plot_learning(figure: Figure, learnt: Learnt, assessment: Assessment) -> Non
     axis.legend(loc="lower right", frameon=False)
 
 
-def plot_policy(
-    figure: Figure, task: TaskData, policy: Policy, oracle: OracleDemonstrator
-) -> None:
+def plot_policy(figure: Figure, task: TaskData, policy: Policy, oracle: OracleDemonstrator) -> None:
     """Draw the grasp chosen for every free cube; a red frame where it is not optimal."""
     action = policy.action[:N_FREE].reshape(N_XY, N_ORIENTATIONS)
     optimal = oracle.optimal_actions[:N_FREE]

@@ -21,7 +21,8 @@ def result_of(folder):
 def test_command_leaves_configuration_result_and_figures(tmp_path, command):
     done = command(
         "gridworld", "--sizes", 5, 6, "--seeds", 0, 1, "--goal", "offset",
-        "--trajectories", "border", "--state-preferences", "--iterations", 200, "--out", tmp_path / "run",
+        "--trajectories", "border", "--state-preferences", "--iterations", 200,
+        "--out", tmp_path / "run",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "8/8" in done.stderr  # the bar: two sizes, two seeds, plain and additive

@@ -15,12 +15,16 @@ import torch
 
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
-from experiments.grasping.playing import play_episodes, summary
+from experiments.grasping.playing import (
+    check_max_actions,
+    draw_starts,
+    play_episodes,
+    summary,
+)
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
-from experiments.simulate import check_max_actions, draw_starts
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
 from irl.task_data import load_task
@@ -70,10 +74,10 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     with output.file("policy.safetensors") as path:
         save_policy(policy, path)
     assessment = assess(task, teacher.oracle, policy, learnt.result.demonstrations, rng)
-    with output.file("learning.png") as path:
-        plot_learning(learnt, assessment, path)
-    with output.file("policy.png") as path:
-        plot_policy(task, policy, teacher.oracle, path)
+    with output.figure("learning.png") as figure:
+        plot_learning(figure, learnt, assessment)
+    with output.figure("policy.png") as figure:
+        plot_policy(figure, task, policy, teacher.oracle)
     learnt_s = perf_counter() - started
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "episodes": []}

@@ -94,9 +94,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     Success is the probability of a whole batch within 20 actions, over all starts. *As good* is the
     share of states not demonstrated in which the policy acts as well as the demonstrator.
     """
-    check_range("--trajectories", config.trajectories, 1)
+    check_range("trajectories", config.trajectories, 1)
     for name in config.methods:
-        check_choice("--methods", name, METHODS)
+        check_choice("methods", name, METHODS)
     save_task(workshop(), output.folder / "task")
     task = load_task(output.folder / "task")
     model, goal, starts = task.model, task.goal_states, task.start_states
@@ -134,9 +134,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         )
     ceiling = success_mdp(model, uniform_policy(teacher.optimal_actions), goal, starts)
     show(rows, ceiling)
-    with output.file("methods.png") as path:
+    with output.figure("methods.png") as figure:
         plot_methods(
-            path,
+            figure,
             [row["method"] for row in rows],
             [
                 ("success", [row["success_mdp"] for row in rows]),

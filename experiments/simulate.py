@@ -6,12 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from experiments.grasping.playing import play_episodes, summary
+from experiments.grasping.playing import (
+    check_max_actions,
+    draw_starts,
+    play_episodes,
+    summary,
+)
 from experiments.kit.command import Output, execute
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.errors import InputError
 from irl.policy import load_policy
-from irl.task_data import TaskData, load_task
+from irl.task_data import load_task
 
 
 @dataclass(frozen=True)
@@ -59,30 +64,6 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             print(f"    {action}")
     print(f"{result['successes']} of {result['trials']} starts reached the goal")
     return {**result, "recording": "recording.html"}
-
-
-def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) -> np.ndarray:
-    """Draw start states that are not goals, without repetition.
-
-    Raises:
-        InputError: if ``number`` is below ``at_least`` or above what there is.
-    """
-    pool = np.setdiff1d(task.start_states, task.goal_states)
-    if not at_least <= number <= pool.size:
-        raise InputError(
-            f"--starts {number}: give {at_least} to {pool.size}, the task's start states"
-        )
-    return np.random.default_rng(seed).choice(pool, number, replace=False)
-
-
-def check_max_actions(number: int) -> None:
-    """Refuse an episode without actions.
-
-    Raises:
-        InputError: if ``number`` is below 1.
-    """
-    if number < 1:
-        raise InputError(f"--max-actions {number}: give 1 or more")
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ from irl.policy import Policy
 
 if TYPE_CHECKING:
     import gymnasium
+    from matplotlib.figure import Figure
 
 GAMMA = 0.99
 MAX_STEPS = 200  # Taxi's own limit; CliffWalking has none
@@ -121,12 +122,12 @@ def show(rows: list[dict[str, Any]]) -> None:
         )
 
 
-def draw(rows: list[dict[str, Any]], config: Config, path: Path) -> None:
+def draw(figure: "Figure", rows: list[dict[str, Any]], config: Config) -> None:
     """Draw every method's return in every world, beside that of the true reward's policy."""
     of = {(row["environment"], row["method"]): row for row in rows}
     worlds, methods = config.environments, config.methods
     plot_methods(
-        path,
+        figure,
         methods,
         [(f"{world}: return", [of[world, m]["return"] for m in methods]) for world in worlds],
         [of[world, methods[0]]["optimal"] for world in worlds],
@@ -142,11 +143,11 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         raise InputError(
             "toy_text: needs gymnasium; pip install 'active-advice-irl[gym]'"
         ) from error
-    check_range("--episodes", config.episodes, 1)
+    check_range("episodes", config.episodes, 1)
     for name in config.environments:
-        check_choice("--environments", name, EXAMPLES)
+        check_choice("environments", name, EXAMPLES)
     for name in config.methods:
-        check_choice("--methods", name, METHODS)
+        check_choice("methods", name, METHODS)
     torch.set_num_threads(1)  # the networks are small
     rows = []
     bar = tqdm(total=len(config.environments) * len(config.methods), leave=False)
@@ -182,8 +183,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         env.close()
     bar.close()
     show(rows)
-    with output.file("methods.png") as path:
-        draw(rows, config, path)
+    with output.figure("methods.png") as figure:
+        draw(figure, rows, config)
     return {"rows": rows}
 
 

@@ -1,15 +1,10 @@
 """How times grow with the number of states: the published table, exponents, the picture."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from scipy.special import stdtrit
 
@@ -88,9 +83,10 @@ def growth(rows: Rows) -> dict[str, dict[str, Any]]:
     return fits
 
 
-def save_plot(rows: Rows, path: Path) -> None:
+def plot_times(figure: Figure, rows: Rows) -> None:
     """Ours solid, whole solves dotted, published times dashed in the same colour."""
-    figure, axes = plt.subplots(figsize=(10, 6), layout="constrained")
+    figure.set_size_inches(10, 6)
+    axes = figure.subplots()
     styles: dict[str, dict[str, Any]] = {
         "ours, an iteration:": {"linestyle": "-", "marker": "o", "markersize": 4},
         "ours, a whole solve:": {"linestyle": ":", "marker": "s", "markersize": 4},
@@ -115,5 +111,3 @@ def save_plot(rows: Rows, path: Path) -> None:
         if drawn:  # a heading is an entry without a line
             entries += [Line2D([], [], linestyle="", label=group), *drawn]
     figure.legend(handles=entries, loc="outside right upper", frameon=False)
-    figure.savefig(path, dpi=120)
-    plt.close(figure)

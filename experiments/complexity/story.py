@@ -41,11 +41,12 @@ from experiments.complexity.growth import (
     PUBLISHED_STATES,
     SOURCE,
     growth,
+    plot_times,
     published_rows,
-    save_plot,
 )
 from experiments.kit.command import Output
 from experiments.kit.kept_rows import KeptRows
+from experiments.kit.options import about
 from irl.baselines.birl import SamplingConfig
 from irl.baselines.differentiable_planning import Planner
 from irl.choices import check_choice, check_range
@@ -89,13 +90,11 @@ def grid(states: int) -> GridWorld:
     """The grid of so many cells, its goal in the middle.
 
     Raises:
-        InputError: if that is no square, or too few; names the nearest squares.
+        InputError: if that is not a square, or too few; names the nearest squares.
     """
     side = isqrt(max(states, 0))
     if side**2 != states:
-        raise InputError(
-            f"states: {states} is no square; the next are {side**2}, {(side + 1) ** 2}"
-        )
+        raise InputError(f"{states} is not a square; the next are {side**2}, {(side + 1) ** 2}")
     return GridWorld(side, (side // 2, side // 2))
 
 
@@ -193,7 +192,8 @@ def check(config: Config) -> None:
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Time every method on every grid, smallest first; fit and plot the growth."""
     check(config)
-    worlds = [grid(states) for states in sorted(set(config.states))]
+    with about("states"):
+        worlds = [grid(states) for states in sorted(set(config.states))]
     torch.set_num_threads(1)
     identity = {
         name: list(value) if isinstance(value, tuple) else value
@@ -211,8 +211,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             names = [name for name in config.methods if name not in skipped]
             kept.add(measure(world, names, config, bar) | {"skipped": skipped})
             bar.update(len(rows) * per_grid - bar.n)
-    with output.file("complexity.png") as temporary:
-        save_plot(rows, temporary)
+    with output.figure("complexity.png") as figure:
+        plot_times(figure, rows)
     kept.forget()
     published = published_rows()
     return {

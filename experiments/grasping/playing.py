@@ -1,15 +1,11 @@
 """Episodes in the Drake diagram: played one after another, recorded, drawn as film strips."""
 
 import logging
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.image import imsave
 from pydrake.geometry import Meshcat, MeshcatParams
 from tqdm import tqdm
 
@@ -17,12 +13,39 @@ from diagrams.camera import StillCamera
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import TIME_LIMIT, Played, PolicyRun
 from experiments.kit.command import Output
+from irl.errors import InputError
+from irl.task_data import TaskData
 from models.motion.planner import ActionPlanner
 from models.task.spaces import Action
 from models.task.tables import describe_state
 
 PAUSE = 1.0
 """Between two episodes in a recording [s]."""
+
+
+def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) -> np.ndarray:
+    """Draw start states that are not goals, without repetition.
+
+    Raises:
+        InputError: if ``number`` is below ``at_least`` or above what there is.
+    """
+    pool = np.setdiff1d(task.start_states, task.goal_states)
+    if not at_least <= number <= pool.size:
+        raise InputError(
+            f"--starts: must be ≥ {at_least} and ≤ {pool.size}, the number of the task's start "
+            f"states, is {number}"
+        )
+    return np.random.default_rng(seed).choice(pool, number, replace=False)
+
+
+def check_max_actions(number: int) -> None:
+    """Refuse an episode without actions.
+
+    Raises:
+        InputError: if ``number`` is below 1.
+    """
+    if number < 1:
+        raise InputError(f"--max-actions: must be ≥ 1, is {number}")
 
 
 def play_episodes(
@@ -82,14 +105,14 @@ def play_episodes(
         path.write_text(meshcat.StaticHtml())
     camera = StillCamera(view_from=(1.2, -0.75, 1.05), view_at=(0.45, 0.0, 0.62))
     for number, episode in enumerate(played):
-        with output.file(f"episode_{number + 1}.png") as path:
-            draw_film_strip(episode, camera, path)
+        with output.figure(f"episode_{number + 1}.png", dpi=90) as figure:
+            draw_film_strip(figure, episode, camera)
     if len(played[0].postures) > 1:
         portrait = StillCamera(
             size=(1280, 860), view_from=(1.15, -0.62, 1.0), view_at=(0.33, 0.0, 0.74)
         )
         with output.file("robot.png") as path:
-            plt.imsave(path, portrait.picture(played[0].postures[1]))
+            imsave(path, portrait.picture(played[0].postures[1]))
     return played
 
 
@@ -117,7 +140,7 @@ def summary(played: list[Played]) -> dict[str, Any]:
     }
 
 
-def draw_film_strip(played: Played, camera: StillCamera, path: Path) -> None:
+def draw_film_strip(figure: Figure, played: Played, camera: StillCamera) -> None:
     """Draw the scene at the start and after each action, with its name."""
     steps = played.episode.steps
     titles = [f"start: {describe_state(played.start)}"]
@@ -125,14 +148,11 @@ def draw_film_strip(played: Played, camera: StillCamera, path: Path) -> None:
     shown = played.postures[: len(titles)]
     columns = min(4, len(shown))
     rows = -(-len(shown) // columns)
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(4 * columns, 3.3 * rows), squeeze=False, layout="constrained"
-    )
+    figure.set_size_inches(4 * columns, 3.3 * rows)
+    axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
         axis.axis("off")
     for axis, posture, title in zip(axes.flat, shown, titles, strict=False):
         axis.imshow(camera.picture(posture))
         axis.set_title(title, fontsize=9)
     figure.suptitle(played.reason or f"{played.episode.verdict} after {len(steps)} actions")
-    figure.savefig(path, dpi=90)
-    plt.close(figure)

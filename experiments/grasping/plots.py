@@ -1,13 +1,8 @@
 """Pictures of learning and of the learnt policy."""
 
-from pathlib import Path
-
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from experiments.grasping.assessment import Assessment
 from experiments.grasping.learning import Learnt
@@ -24,12 +19,13 @@ from models.task.spaces import (
 )
 
 
-def plot_learning(learnt: Learnt, assessment: Assessment, path: Path) -> None:
+def plot_learning(figure: Figure, learnt: Learnt, assessment: Assessment) -> None:
     """Draw success and accuracy against demonstrated states, one point a training."""
     demonstrated = [point.demonstrated for point in learnt.curve]
     success = [point.success for point in learnt.curve]
     accuracy = [point.accuracy_optimal_all for point in learnt.curve]
-    figure, axis = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    figure.set_size_inches(7, 4.2)
+    axis = figure.subplots()
     axis.axhline(
         assessment.success_mdp_oracle,
         linestyle="--",
@@ -53,21 +49,20 @@ def plot_learning(learnt: Learnt, assessment: Assessment, path: Path) -> None:
         title="Success from every free state within 20 actions, and accuracy",
     )
     axis.legend(loc="lower right", frameon=False)
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
 
 
-def plot_policy(task: TaskData, policy: Policy, oracle: OracleDemonstrator, path: Path) -> None:
+def plot_policy(figure: Figure, task: TaskData, policy: Policy, oracle: OracleDemonstrator) -> None:
     """Draw the grasp chosen for every free cube; a red frame where it is not optimal."""
     action = policy.action[:N_FREE].reshape(N_XY, N_ORIENTATIONS)
     optimal = oracle.optimal_actions[:N_FREE]
     right = optimal[np.arange(N_FREE), policy.action[:N_FREE]].reshape(action.shape)
     goal = np.isin(np.arange(N_FREE), task.goal_states).reshape(action.shape)
-    figure, axis = plt.subplots(figsize=(14, 4.4), layout="constrained")
+    figure.set_size_inches(14, 4.4)
+    axis = figure.subplots()
     image = axis.imshow(action, cmap="tab20", vmin=0, vmax=19, aspect="auto")
     for row, column in np.argwhere(~right & ~goal):
         axis.add_patch(
-            plt.Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor="red", lw=1.4)
+            Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor="red", lw=1.4)
         )
     for row, column in np.argwhere(goal):
         axis.text(column, row, "★", ha="center", va="center", fontsize=12)
@@ -84,5 +79,3 @@ def plot_policy(task: TaskData, policy: Policy, oracle: OracleDemonstrator, path
     used = np.unique(action[~goal])
     bar = figure.colorbar(image, ticks=used)
     bar.ax.set_yticklabels([f"{g} {GRIPPER_NAMES[g]}" for g in used], fontsize=7)
-    figure.savefig(path, dpi=120)
-    plt.close(figure)

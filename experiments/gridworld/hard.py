@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from experiments.gridworld.learning import Mapper, Settings, run_all
+from experiments.gridworld.learning import Settings
+from experiments.kit.executors import Mapper, run_all
 from irl.active import ActiveConfig, Progress, active_fa_mlirl
 from irl.collection import mislabel
 from irl.demonstrations import Demonstrations

@@ -1,16 +1,11 @@
-"""One network's lesson in a grid-world, and many of them on any number of processes."""
+"""One network's lesson in a grid-world."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
 
 import numpy as np
 import torch
-from tqdm import tqdm
 
-from experiments.kit.executors import start_workers
 from irl.domains.gridworld import GridWorld
 from irl.likelihood import LikelihoodProblem
 from irl.preferences import StatePreferences
@@ -19,9 +14,6 @@ from irl.vr_function import VRFunction, torch_generator
 
 EVALUATIONS = (12, 60)  # fewest and most points on an accuracy curve, dense where learning is fast
 EVALUATED_CELLS = 1_000_000  # between the two, so many cells a curve
-
-Job = TypeVar("Job")
-Outcome = TypeVar("Outcome")
 
 
 @dataclass(frozen=True)
@@ -129,30 +121,3 @@ def learn(lesson: Lesson) -> Run:
 def policy_of(world: GridWorld, f: np.ndarray, preferences: StatePreferences) -> np.ndarray:
     """The best action of every cell under f, advised by preferences: int8 ``[n_states]``."""
     return world.model.q_values(preferences.apply(f)).argmax(axis=1).astype(np.int8)
-
-
-class Mapper(Protocol):
-    """Applies a function to every job, in order, as the built-in ``map``."""
-
-    def __call__(
-        self, function: Callable[[Job], Outcome], jobs: Iterable[Job], /
-    ) -> Iterable[Outcome]:
-        """Yield each job's outcome."""
-        ...
-
-
-@contextmanager
-def mapper(workers: int) -> Iterator[Mapper]:
-    """``map`` itself for one worker, else the same on spawned processes."""
-    if workers == 1:
-        yield map
-    else:
-        with start_workers(workers) as pool:
-            yield pool.executor.map
-
-
-def run_all(
-    function: Callable[[Job], Outcome], jobs: Sequence[Job], over: Mapper, name: str
-) -> list[Outcome]:
-    """Apply ``function`` to every job under a progress bar; the outcomes in the jobs' order."""
-    return list(tqdm(over(function, jobs), name, len(jobs), unit="run"))

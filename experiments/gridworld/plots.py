@@ -1,13 +1,7 @@
 """Pictures of the grid-world experiment, to lay beside thesis Figures 6.3–6.6 and Table 6.2."""
 
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")  # figures go to files; no display is needed
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -27,11 +21,6 @@ PROBLEM = {
     "goal": "limegreen",
 }
 WALL = "dimgrey"
-
-
-def _save(figure: Figure, path: Path) -> None:
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
 
 
 def _draw_cells(axes: Axes, world: GridWorld, colour: np.ndarray, palette: list[str]) -> None:
@@ -98,38 +87,37 @@ POLICY_LEGEND = dict(zip((*ACTIONS, "demonstrated"), (*COLOURS, "lightgrey"), st
 
 
 def plot_policy(
-    world: GridWorld, trajectories: str, run: Run, preferences: bool, path: Path
+    figure: Figure, world: GridWorld, trajectories: str, run: Run, preferences: bool
 ) -> None:
     """The problem and one learnt policy, side by side."""
     state, action = world.demonstrations(trajectories)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 6.2), layout="constrained")
+    figure.set_size_inches(11, 6.2)
+    left, right = figure.subplots(1, 2)
     draw_problem(left, world, state, action, preferences)
     draw_policy(right, world, run.policy, state)
     left.set_title(f"{trajectories} demonstrations (cf. thesis Figure 6.3)")
     right.set_title(f"policy, accuracy {run.accuracy[-1]:.2%} (cf. thesis Figures 6.4, 6.5)")
     shown = {} if not preferences else {"avoided": PROBLEM["avoided"]}
     _legend(figure, {"not demonstrated": "khaki", **shown, **POLICY_LEGEND})
-    _save(figure, path)
 
 
 def plot_preferences(
-    world: GridWorld, trajectories: str, policies: dict[str, np.ndarray], path: Path
+    figure: Figure, world: GridWorld, trajectories: str, policies: dict[str, np.ndarray]
 ) -> None:
     """Figure 6.4: policies from demonstrations along the limits, with the limits avoided or not.
 
     Args:
+        figure: to draw on.
         world: the grid.
         trajectories: which demonstrations.
         policies: title → policy ``[n_states]``, four of them.
-        path: where the picture goes.
     """
     state, action = world.demonstrations(trajectories)
     shown = np.unique(state)
     others = np.setdiff1d(np.arange(world.n_states), shown)
-    figure, grid = plt.subplot_mosaic(
-        [["demonstrations", *list(policies)[:2]], ["demonstrations", *list(policies)[2:]]],
-        figsize=(13.5, 10.6),
-        layout="constrained",
+    figure.set_size_inches(13.5, 10.6)
+    grid = figure.subplot_mosaic(
+        [["demonstrations", *list(policies)[:2]], ["demonstrations", *list(policies)[2:]]]
     )
     draw_problem(grid["demonstrations"], world, state, action, preferences=True)
     grid["demonstrations"].set_title("demonstrations, limits to avoid\n(cf. thesis Figure 6.3)")
@@ -146,12 +134,12 @@ def plot_preferences(
             fontsize=10,
         )
     _legend(figure, {**PROBLEM, "arrow in a demonstrated cell": "red"})
-    _save(figure, path)
 
 
-def plot_curves(curves: dict[str, list[Run]], path: Path) -> None:
+def plot_curves(figure: Figure, curves: dict[str, list[Run]]) -> None:
     """Figure 6.6: accuracy along the iterations, mean and range over the seeds."""
-    figure, axes = plt.subplots(figsize=(7, 4.7), layout="constrained")
+    figure.set_size_inches(7, 4.7)
+    axes = figure.subplots()
     for label, runs in curves.items():
         accuracy = np.array([run.accuracy for run in runs])
         (line,) = axes.plot(runs[0].iteration, accuracy.mean(axis=0), label=label)
@@ -171,12 +159,12 @@ def plot_curves(curves: dict[str, list[Run]], path: Path) -> None:
     axes.grid(alpha=0.3)
     seeds = len(next(iter(curves.values())))
     axes.legend(title=f"mean and range, seeds: {seeds}", loc="lower right")
-    _save(figure, path)
 
 
-def plot_times(rows: list[dict[str, Any]], published: dict[int, float], path: Path) -> None:
+def plot_times(figure: Figure, rows: list[dict[str, Any]], published: dict[int, float]) -> None:
     """Table 6.2: time an iteration against the number of states, ours and the thesis' own."""
-    figure, axes = plt.subplots(figsize=(6.5, 4.5), layout="constrained")
+    figure.set_size_inches(6.5, 4.5)
+    axes = figure.subplots()
     axes.plot(
         [n**2 for n in published], [1e3 * s for s in published.values()], "s--",
         color="grey", label="thesis Table 6.2 (published; other hardware)",
@@ -195,7 +183,6 @@ def plot_times(rows: list[dict[str, Any]], published: dict[int, float], path: Pa
     )
     axes.grid(alpha=0.3)
     axes.legend()
-    _save(figure, path)
 
 
 def _help(row: dict[str, Any]) -> str:
@@ -205,11 +192,12 @@ def _help(row: dict[str, Any]) -> str:
     return " + ".join(queries + preferences) or "demonstrations alone"
 
 
-def plot_hard(rows: list[dict[str, Any]], path: Path) -> None:
+def plot_hard(figure: Figure, rows: list[dict[str, Any]]) -> None:
     """Accuracy of each hard case, with its interval, for each kind of help."""
     cases = list(dict.fromkeys(row["case"] for row in rows))
     helps = list(dict.fromkeys(map(_help, rows)))
-    figure, axes = plt.subplots(figsize=(9, 1.2 + 0.75 * len(cases)), layout="constrained")
+    figure.set_size_inches(9, 1.2 + 0.75 * len(cases))
+    axes = figure.subplots()
     for k, name in enumerate(helps):
         shown = [row for row in rows if _help(row) == name]
         y = np.arange(len(shown)) + (k - (len(helps) - 1) / 2) * 0.17
@@ -234,18 +222,15 @@ def plot_hard(rows: list[dict[str, Any]], path: Path) -> None:
         loc="outside lower center",
         ncols=2,
     )
-    _save(figure, path)
 
 
 def plot_hard_policies(
-    hard: list[Case], rows: list[dict[str, Any]], runs: list[Judged], path: Path
+    figure: Figure, hard: list[Case], rows: list[dict[str, Any]], runs: list[Judged]
 ) -> None:
     """One policy for each hard case and kind of help; cells whence the goal is missed crossed."""
     helps = list(dict.fromkeys(map(_help, rows)))
-    figure, grid = plt.subplots(
-        len(helps), len(hard), figsize=(2.6 * len(hard), 2.9 * len(helps) + 0.5),
-        layout="constrained", squeeze=False,
-    )  # fmt: skip
+    figure.set_size_inches(2.6 * len(hard), 2.9 * len(helps) + 0.5)
+    grid = figure.subplots(len(helps), len(hard), squeeze=False)
     learnt = zip(grid.T.flat, rows, runs, strict=True)
     for number, (axes, row, run) in enumerate(learnt):
         world = hard[number // len(helps)].world
@@ -260,4 +245,3 @@ def plot_hard_policies(
         axes.set(xlabel="", ylabel=_help(row) if number < len(helps) else "")
     _legend(figure, {**POLICY_LEGEND, "blocked": WALL})
     figure.suptitle("policies of the first seed; × marks cells that miss the goal")
-    _save(figure, path)

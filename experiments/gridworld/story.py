@@ -15,13 +15,10 @@ import numpy as np
 from experiments.gridworld.hard import cases, hard_rows
 from experiments.gridworld.learning import (
     Lesson,
-    Mapper,
     Run,
     Settings,
     learn,
-    mapper,
     policy_of,
-    run_all,
 )
 from experiments.gridworld.plots import (
     plot_curves,
@@ -32,6 +29,8 @@ from experiments.gridworld.plots import (
     plot_times,
 )
 from experiments.kit.command import Output
+from experiments.kit.executors import Mapper, mapper, run_all
+from experiments.kit.options import about
 from irl.choices import check_choice, check_range
 from irl.domains.gridworld import GridWorld, goal_cell
 from irl.errors import InputError
@@ -124,11 +123,13 @@ def checked_worlds(config: Config) -> list[GridWorld]:
     for name, low in (("iterations", 1), ("workers", 1), ("hard_seeds", 1), ("queries", 0)):
         check_range(name, getattr(config, name), low)
     check_range("hidden", min(config.hidden, default=1), 1)
-    check_range("seed + seeds", config.seed + min(config.seeds), 0)
+    if config.seed + min(config.seeds) < 0:
+        raise InputError(f"seeds: with --seed added, all must be ≥ 0, are {config.seeds}")
     for share in config.wrong:
         check_range("wrong", share, 0, 1)
     check_choice("state_query", config.state_query, STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES)
-    worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]
+    with about("sizes"):
+        worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]
     for world in worlds:
         config.settings.training(world.n)
     return worlds
@@ -159,14 +160,14 @@ def solvable(
             result[kind].append(row(world, config, group))
             if kind == "rows":
                 curves[f"{world.n} × {world.n}"] = group
-                with output.file(f"policy_{world.n}.png") as path:
+                with output.figure(f"policy_{world.n}.png") as figure:
                     plot_policy(
-                        world, config.trajectories, group[0], config.state_preferences, path
+                        figure, world, config.trajectories, group[0], config.state_preferences
                     )
-    with output.file("accuracy.png") as path:
-        plot_curves(curves, path)
-    with output.file("time.png") as path:
-        plot_times(result["rows"], PUBLISHED, path)
+    with output.figure("accuracy.png") as figure:
+        plot_curves(figure, curves)
+    with output.figure("time.png") as figure:
+        plot_times(figure, result["rows"], PUBLISHED)
     return result
 
 
@@ -202,15 +203,16 @@ def correction(config: Config, output: Output, over: Mapper) -> list[dict[str, A
         )
         name = f"β = {beta:g}, {'with' if preferred else 'without'} state preferences"
         policies[name] = learnt[0]
-    with output.file("preferences.png") as path:
-        plot_preferences(world, "border", policies, path)
+    with output.figure("preferences.png") as figure:
+        plot_preferences(figure, world, "border", policies)
     return rows
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Learn every grid with every seed; plot and tabulate."""
     worlds = checked_worlds(config)  # mistakes are told before any work begins
-    hard = cases(config.hard_size, config.trajectories, config.wrong) if config.hard else []
+    with about("hard_size"):
+        hard = cases(config.hard_size, config.trajectories, config.wrong) if config.hard else []
     with mapper(config.workers) as over:
         result = solvable(config, worlds, output, over)
         result["preference_rows"] = correction(config, output, over)
@@ -219,8 +221,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             result["hard_rows"], first = hard_rows(
                 hard, config.queries, config.state_query, seeds, config.settings, over
             )
-            with output.file("hard.png") as path:
-                plot_hard(result["hard_rows"], path)
-            with output.file("hard_policies.png") as path:
-                plot_hard_policies(hard, result["hard_rows"], first, path)
+            with output.figure("hard.png") as figure:
+                plot_hard(figure, result["hard_rows"])
+            with output.figure("hard_policies.png") as figure:
+                plot_hard_policies(figure, hard, result["hard_rows"], first)
     return result

@@ -2,22 +2,23 @@
 
 import contextlib
 import dataclasses
-import io
 import json
-import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-import tyro
 import yaml
 
+from experiments.kit.options import OptionError, name_option, parse
 from irl.errors import InputError
 from irl.files import atomic_path
 from models.errors import ModelError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Config = TypeVar("Config")
 BAD_INPUT = 2
@@ -43,24 +44,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     return value
-
-
-def parse(config_type: type[Config], arguments: list[str] | None = None) -> Config:
-    """Read the options, each a field of ``config_type``.
-
-    Raises:
-        SystemExit: 0 after ``--help``; 2 after one line that names the mistake.
-    """
-    said = io.StringIO()
-    try:
-        with contextlib.redirect_stderr(said):
-            return tyro.cli(config_type, args=arguments)
-    except SystemExit as stop:
-        if not stop.code:
-            raise
-    # The parser's boxed message, flattened: strip frames and colours, keep the words.
-    text = re.sub(r"\x1b\[[0-9;]*m|[╭╮╰╯│─]+", " ", said.getvalue())
-    raise _fail(re.sub(r"\s+", " ", text).strip())
 
 
 class Output:
@@ -99,6 +82,20 @@ class Output:
         with atomic_path(self.folder / name) as path:
             yield path
 
+    @contextlib.contextmanager
+    def figure(self, name: str, dpi: int = 120) -> Iterator["Figure"]:
+        """Yield an empty figure that becomes the picture ``name`` when the block succeeds.
+
+        Whoever draws sets its size. It is made without pyplot, so that it needs no display, and
+        nothing keeps it once it is saved.
+        """
+        from matplotlib.figure import Figure  # noqa: PLC0415 - slow, and not all commands draw
+
+        figure = Figure(layout="constrained")
+        yield figure
+        with self.file(name) as path:
+            figure.savefig(path, dpi=dpi)
+
     def write_config(self) -> None:
         """Save the whole effective configuration, defaults included, as ``config.yaml``."""
         with self.file("config.yaml") as path:
@@ -120,10 +117,13 @@ def execute(
     ``main(config, output)`` returns what goes into ``result.json``. A mistake of the user
     ends in one line on stderr and exit code 2; a defect of ours keeps its traceback.
     """
-    config = parse(config_type, arguments)
+    try:
+        config = parse(config_type, arguments)
+    except OptionError as error:
+        raise _fail(str(error)) from None
     try:
         if getattr(config, "seed", 0) < 0:
-            raise InputError(f"--seed {config.seed}: give 0 or more")  # type: ignore[attr-defined]
+            raise InputError(f"--seed: must be ≥ 0, is {config.seed}")  # type: ignore[attr-defined]
         output = Output(config.out, config)  # type: ignore[attr-defined]
         try:
             result = main(config, output)
@@ -133,7 +133,7 @@ def execute(
         output.write_config()
         output.write_result(result)
     except (InputError, ModelError) as error:
-        raise _fail(str(error)) from None
+        raise _fail(name_option(str(error), type(config))) from None
     except OSError as error:
         raise _fail(f"{error.filename or 'input or output'}: {error.strerror or error}") from error
     except KeyboardInterrupt:

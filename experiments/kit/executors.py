@@ -1,8 +1,12 @@
-"""Where trials run: processes of this machine, or a dask cluster, behind one interface."""
+"""Where jobs run: processes of this machine, or a dask cluster, behind one interface.
+
+Every story's processes are started here. They are spawned, since a simulator's threads and a
+forked process do not agree, and they end with the process that started them, however it ends.
+"""
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
@@ -11,12 +15,14 @@ from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from threading import Thread
-from typing import TypeVar
+from typing import Protocol, TypeVar
+
+from tqdm import tqdm
 
 from irl.errors import InputError
 
 Job = TypeVar("Job")
-Answer = TypeVar("Answer")
+Outcome = TypeVar("Outcome")
 
 AHEAD = 2
 """Jobs submitted per worker: one runs, one waits, so that none idles and little is lost."""
@@ -31,9 +37,9 @@ class Workers:
     """A running executor.
 
     Attributes:
-        executor: takes the trials.
+        executor: takes the jobs.
         count: tells how many run at once; on a cluster they come and go.
-        lost: exceptions of a future whose worker died; its trial may be submitted again.
+        lost: exceptions of a future whose worker died; its job may be submitted again.
     """
 
     executor: Executor
@@ -43,42 +49,76 @@ class Workers:
 
 @contextmanager
 def start_workers(workers: int, cluster: str = "") -> Iterator[Workers]:
-    """Run trials in spawned processes, or on the dask cluster at an address.
+    """Run jobs in spawned processes, or on the dask cluster at an address.
 
     Args:
         workers: processes, without a cluster.
         cluster: address of a dask scheduler, such as ``tcp://host:8786``; empty for none.
 
     Raises:
-        InputError: if dask is not installed, or no scheduler answers.
+        InputError: if dask is not installed, no scheduler answers, or a process died.
     """
     if cluster:
         with _dask(cluster) as running:
             yield running
         return
-    # Spawned: a simulator's threads and a forked process do not agree.
     with ProcessPoolExecutor(
         workers, mp_context=get_context("spawn"), initializer=_end_with_parent
     ) as pool:
-        yield Workers(pool, lambda: workers)
+        try:
+            yield Workers(pool, lambda: workers)
+        except BrokenProcessPool as error:
+            raise InputError(
+                "a worker process died, perhaps for lack of memory; give fewer workers to the "
+                "same command, which keeps what was saved",
+                place="--workers",
+            ) from error
+
+
+class Mapper(Protocol):
+    """Applies a function to every job, in order, as the built-in ``map``."""
+
+    def __call__(
+        self, function: Callable[[Job], Outcome], jobs: Iterable[Job], /
+    ) -> Iterable[Outcome]:
+        """Yield each job's outcome."""
+        ...
+
+
+@contextmanager
+def mapper(workers: int) -> Iterator[Mapper]:
+    """``map`` itself for one worker, else the same on spawned processes."""
+    if workers == 1:
+        yield map
+    else:
+        with start_workers(workers) as pool:
+            yield pool.executor.map
+
+
+def run_all(
+    function: Callable[[Job], Outcome],
+    jobs: Sequence[Job],
+    over: Mapper,
+    name: str,
+    unit: str = "run",
+) -> list[Outcome]:
+    """Apply ``function`` to every job under a progress bar; the outcomes in the jobs' order."""
+    return list(tqdm(over(function, jobs), name, len(jobs), unit=unit))
 
 
 def run_jobs(
     workers: Workers,
     next_job: Callable[[], Job | None],
-    start: Callable[[Job], Future[Answer]],
-) -> Iterator[tuple[Job, Answer]]:
-    """Run jobs and give each with its answer, as they end; again if a job's worker was lost.
+    start: Callable[[Job], Future[Outcome]],
+) -> Iterator[tuple[Job, Outcome]]:
+    """Run jobs and give each with its outcome, as they end; again if a job's worker was lost.
 
     Args:
         workers: where they run.
         next_job: what to run next; None if there is nothing at present, or at all.
         start: submits a job to the executor.
-
-    Raises:
-        InputError: if a worker process died.
     """
-    running: dict[Future[Answer], Job] = {}
+    running: dict[Future[Outcome], Job] = {}
     while True:
         while len(running) < AHEAD * workers.count() and (job := next_job()) is not None:
             running[start(job)] = job
@@ -87,16 +127,11 @@ def run_jobs(
         for future in wait_for(running, return_when=FIRST_COMPLETED).done:
             job = running.pop(future)
             try:
-                answer = future.result()
+                outcome = future.result()
             except workers.lost:
                 running[start(job)] = job
                 continue
-            except BrokenProcessPool as error:
-                raise InputError(
-                    "--workers: a worker process died, perhaps for want of memory; nothing "
-                    "committed is lost, and the same command goes on"
-                ) from error
-            yield job, answer
+            yield job, outcome
 
 
 def _end_with_parent() -> None:
@@ -124,7 +159,7 @@ def _dask(address: str) -> Iterator[Workers]:
     except (OSError, ValueError) as error:
         raise InputError(f"--cluster {address}: no dask scheduler answers there") from error
     with client:
-        # Each trial is its own, though another of the same arguments would give the same.
+        # Each job is its own, though another of the same arguments would give the same.
         executor = client.get_executor(pure=False)
         known = [0.0, 1]  # when to ask again, and what the answer was
 

@@ -3,17 +3,12 @@ stages of its inverse kinematics fare (A.2).
 """  # noqa: D205
 
 from collections import Counter
-from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from tqdm import tqdm
 
@@ -46,8 +41,8 @@ def run(seed: int, output: Output) -> dict[str, Any]:
     seconds = perf_counter() - started
     with output.file(MAP) as path:
         write_map(entries, seed, path)
-    with output.file("reachability.png") as path:
-        draw(entries, path)
+    with output.figure("reachability.png") as figure:
+        draw(figure, entries)
     counts = Counter(entry.value for entry in entries)
     failures = Counter(str(entry.failure) for entry in entries if entry.value == NONE)
     result: dict[str, Any] = {
@@ -117,10 +112,11 @@ def _errors(errors: np.ndarray) -> dict[str, float]:
     return {"error_median": float(np.median(errors)), "error_max": float(errors.max())}
 
 
-def draw(entries: list[Entry], path: Path) -> None:
+def draw(figure: Figure, entries: list[Entry]) -> None:
     """Draw the map's values, and how many solutions each pose has within the limits."""
     kinds = np.empty((len(GRIPPER_NAMES), len(POSITIONS)), dtype=int)
-    figure, axis = plt.subplots(figsize=(11, 7.5), layout="constrained")
+    figure.set_size_inches(11, 7.5)
+    axis = figure.subplots()
     for entry in entries:
         column = int(np.linalg.norm(POSITIONS - entry.p_WG, axis=1).argmin())
         rejected = (entry.solutions > 0) + (entry.within_limits > 0)
@@ -144,5 +140,3 @@ def draw(entries: list[Entry], path: Path) -> None:
         for i, (label, colour) in enumerate(_KINDS.items())
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)

@@ -6,12 +6,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from experiments.kit.command import Output
@@ -84,8 +80,8 @@ def workspace(config: Config, output: Output) -> dict[str, Any]:
         workspace_csv.write_map(the_map, config.margin, path)
     csv_s = perf_counter() - began
     workspace_run.discard(chunks)
-    with output.file("workspace.png") as path:
-        plot_slices(the_map, path)
+    with output.figure("workspace.png") as figure:
+        plot_slices(figure, the_map)
     with output.file("workspace.html") as path:
         write_scene(the_map, path)
 
@@ -135,8 +131,8 @@ def thesis(config: Config, output: Output) -> dict[str, Any]:
         feasible = feasibility.compute(the_map, _on(bar))
     with output.file(FEASIBILITY) as path:
         save_feasibility(feasible, output.folder / MAP, path)
-    with output.file("reachability.png") as path:
-        draw(the_map, path)
+    with output.figure("reachability.png") as figure:
+        draw(figure, the_map)
 
     layers = {
         layer.value: [entry.value for entry in the_map.entries if entry.layer == layer]
@@ -191,14 +187,15 @@ def _shares(feasible: Feasibility) -> dict[str, Any]:
     return result
 
 
-def draw(the_map: ReachabilityMap, path: Path) -> None:
+def draw(figure: Figure, the_map: ReachabilityMap) -> None:
     """Draw the clearance of every cell pose; crosses are out of reach."""
     clearance = np.full((len(GRIPPER_NAMES), len(POSITIONS)), np.nan)
     for entry in the_map.entries:
         if entry.layer == Layer.CELL and entry.value and entry.clearance is not None:
             cell = int(np.linalg.norm(POSITIONS - entry.p_WG, axis=1).argmin())
             clearance[entry.gripper, cell] = 1e3 * entry.clearance.distance
-    figure, axis = plt.subplots(figsize=(10, 7), layout="constrained")
+    figure.set_size_inches(10, 7)
+    axis = figure.subplots()
     image = axis.imshow(clearance, cmap="viridis", vmin=0.0, aspect="auto")
     for row, column in np.argwhere(np.isnan(clearance)):
         axis.text(column, row, "×", ha="center", va="center", color="crimson", fontsize=16)
@@ -212,5 +209,3 @@ def draw(the_map: ReachabilityMap, path: Path) -> None:
     labels = [f"({x:g}, {y:g}, {z:g})" for x, y, z in POSITIONS]
     axis.set_xticklabels(labels, rotation=60, ha="right", fontsize=8)
     figure.colorbar(image, label="clearance [mm]")
-    figure.savefig(path, dpi=110)
-    plt.close(figure)

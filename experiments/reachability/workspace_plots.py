@@ -2,14 +2,11 @@
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer
@@ -30,12 +27,13 @@ _BOX, _TABLE, _TOP = (-0.12, 0.12), (0.35, 0.75), 0.5  # furniture along x, and 
 _BOX_Y, _TABLE_Y = (-0.12, 0.12), (-0.2, 0.2)
 
 
-def plot_slices(the_map: WorkspaceMap, path: Path) -> None:
+def plot_slices(figure: Figure, the_map: WorkspaceMap) -> None:
     """Share of the orientations that are reached: level slices above, upright ones below."""
     x, y, z = the_map.grid.axes()
     levels, uprights = _spread(len(z)), _spread(len(y))
     columns = max(len(levels), len(uprights))
-    figure, axes = plt.subplots(2, columns, figsize=(14, 5.4), layout="constrained", squeeze=False)
+    figure.set_size_inches(14, 5.4)
+    axes = figure.subplots(2, columns, squeeze=False)
     for axis in axes.ravel():
         axis.set_visible(False)
     for axis, k in zip(axes[0], levels, strict=False):
@@ -55,8 +53,6 @@ def plot_slices(the_map: WorkspaceMap, path: Path) -> None:
     )
     figure.supxlabel("x [m]  (table outlined in white)", fontsize=10)
     figure.colorbar(image, ax=axes, label="share of orientations", shrink=0.8)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def _spread(count: int) -> list[int]:
@@ -99,7 +95,7 @@ def write_scene(the_map: WorkspaceMap, path: Path) -> None:
     cloud = PointCloud(len(voxels), Fields(BaseField.kXYZs | BaseField.kRGBs))
     points = [axis[i] for axis, i in zip(the_map.grid.axes(), voxels.T, strict=True)]
     cloud.mutable_xyzs()[:] = np.array(points, dtype=np.float32)
-    colours = matplotlib.colormaps[COLOURS](share[tuple(voxels.T)])[:, :3]
+    colours = colormaps[COLOURS](share[tuple(voxels.T)])[:, :3]
     # The page takes colours of points for linear light.
     cloud.mutable_rgbs()[:] = np.round(255 * colours**2.2).T.astype(np.uint8)
     # Small enough to see the robot between them.
@@ -111,7 +107,7 @@ def write_scene(the_map: WorkspaceMap, path: Path) -> None:
 
 def _legend() -> str:
     """The colours' meaning, as HTML in a corner of the page."""
-    stops = [to_hex(colour) for colour in matplotlib.colormaps[COLOURS](np.linspace(0.0, 1.0, 9))]
+    stops = [to_hex(colour) for colour in colormaps[COLOURS](np.linspace(0.0, 1.0, 9))]
     return f"""
 <div style="position: fixed; left: 16px; bottom: 16px; width: 320px; padding: 10px 14px;
             font: 14px sans-serif; color: black; background: rgba(255, 255, 255, 0.85)">

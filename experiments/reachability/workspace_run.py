@@ -1,20 +1,17 @@
 """The workspace map, computed in chunks that survive the process, and its file."""
 
-import os
 import shutil
-import threading
 import time
-from concurrent.futures import as_completed
+from concurrent.futures import Future
 from dataclasses import asdict, dataclass
 from functools import cache
-from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from experiments.kit.executors import start_workers
+from experiments.kit.executors import run_jobs, start_workers
 from irl.errors import InputError
 from irl.files import atomic_path
 from irl.formats import read_json, read_npz, write_json, write_npz
@@ -91,13 +88,14 @@ def compute(plan: Plan, folder: Path, workers: int) -> tuple[WorkspaceMap, float
             for number in missing:
                 keep(number, decide_chunk(plan, *spans[number]))
         elif missing:
+            waiting = iter(missing)
             with start_workers(min(workers, len(missing))) as running:
-                futures = {
-                    running.executor.submit(_in_worker, plan, *spans[number]): number
-                    for number in missing
-                }
-                for future in as_completed(futures):
-                    keep(futures[future], future.result())
+
+                def start(number: int) -> Future[dict[str, np.ndarray]]:
+                    return running.executor.submit(decide_chunk, plan, *spans[number])
+
+                for number, chunk in run_jobs(running, lambda: next(waiting, None), start):
+                    keep(number, chunk)
     chunks = [read_npz(path) for path in paths]
     parts = [Decisions(chunk["reason"], chunk["q"], chunk["clearance"]) for chunk in chunks]
     seconds = float(sum(chunk["seconds"] for chunk in chunks))
@@ -140,24 +138,6 @@ def _solver(margin: float) -> WorkspaceSolver:
     solver = WorkspaceSolver(margin)
     solver.decide(*Grid().poses(0, 1))  # compiles, so that no chunk's seconds contain it
     return solver
-
-
-def _in_worker(plan: Plan, start: int, stop: int) -> dict[str, np.ndarray]:
-    _end_with_parent()
-    return decide_chunk(plan, start, stop)
-
-
-@cache
-def _end_with_parent() -> None:
-    """Have this process end when its parent is killed, rather than wait for work for ever."""
-    parent = parent_process()
-
-    def watch() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def write_map(the_map: WorkspaceMap, margin: float, path: Path) -> None:

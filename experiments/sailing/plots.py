@@ -1,16 +1,12 @@
 """Pictures of sailing: curves over queries, clustering and noise, and a policy on the lake."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 
 from irl.domains.sailing import DIRECTIONS, HEADINGS, LEG_TIMES, NEUTRAL, Sailing, point_of_sail
@@ -41,10 +37,11 @@ def _label(axes: Axes, xlabel: str, ylabel: str) -> None:
 
 
 def plot_advice(
-    curves: Mapping[str, Curve], objective: Mapping[str, Curve], target: float, path: Path
+    figure: Figure, curves: Mapping[str, Curve], objective: Mapping[str, Curve], target: float
 ) -> None:
     """Figure 6.1: performance against queries, advice in the values or also in the objective."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.2), layout="constrained", sharey=True)
+    figure.set_size_inches(12, 5.2)
+    left, right = figure.subplots(1, 2, sharey=True)
     for axes, panel in ((left, curves), (right, objective)):
         for name, curve in panel.items():
             label, colour, line = STYLES[name]
@@ -61,13 +58,13 @@ def plot_advice(
     left.set_ylabel("performance (0 random, 1 optimal)")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     figure.suptitle("Advice on the Sailing domain, mean and 95 % interval over the seeds")
-    _save(figure, path)
 
 
-def plot_clustering(clustering: Mapping[str, Any], path: Path) -> None:
+def plot_clustering(figure: Figure, clustering: Mapping[str, Any]) -> None:
     """Figure 6.2: performance against queries, and against purity, by quality of clustering."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.4), layout="constrained")
-    colours = plt.get_cmap("viridis")(np.linspace(0.9, 0, len(clustering["levels"])))
+    figure.set_size_inches(12, 5.4)
+    left, right = figure.subplots(1, 2)
+    colours = colormaps["viridis"](np.linspace(0.9, 0, len(clustering["levels"])))
     for level, colour in zip(clustering["levels"], colours, strict=True):
         label = f"{level['quality']:.0%} as in the ideal, purity {level['purity']:.2f}"
         draw_curve(left, level["curve"], label, color=colour)
@@ -81,28 +78,30 @@ def plot_clustering(clustering: Mapping[str, Any], path: Path) -> None:
     _label(right, "purity of the clustering", "performance relative to the ideal clustering")
     right.legend(loc="lower right")
     figure.suptitle("Quality of the clustering, mean and 95 % interval over the seeds")
-    _save(figure, path)
 
 
-def plot_noise(curves: Mapping[str, Curve], queries: int, path: Path) -> None:
+def plot_noise(figure: Figure, curves: Mapping[str, Curve], queries: int) -> None:
     """Performance against the share of wrong labels, with advice and without."""
-    figure, axes = plt.subplots(figsize=(7, 4.8), layout="constrained")
+    figure.set_size_inches(7, 4.8)
+    axes = figure.subplots()
     for name, curve in curves.items():
         label, colour, line = STYLES[name]
         draw_curve(axes, curve, label, color=colour, linestyle=line, marker="o", markersize=4)
     _label(axes, "share of wrong labels", "performance (0 random, 1 optimal)")
     axes.legend(loc="lower left")
     axes.set_title(f"{queries} queries about clusters; mean and 95 % interval over the seeds")
-    _save(figure, path)
 
 
 def plot_lake(
-    lake: Sailing, policies: Mapping[str, np.ndarray], wind: int, optimal: np.ndarray, path: Path
+    figure: Figure,
+    lake: Sailing,
+    policies: Mapping[str, np.ndarray],
+    wind: int,
+    optimal: np.ndarray,
 ) -> None:
     """Policies on the lake under one wind, neutral tack; crosses where they are not optimal."""
-    figure, panels = plt.subplots(
-        1, len(policies), figsize=(4.6 * len(policies), 6.0), layout="constrained", squeeze=False
-    )
+    figure.set_size_inches(4.6 * len(policies), 6.0)
+    panels = figure.subplots(1, len(policies), squeeze=False)
     here = np.flatnonzero(
         (lake.states[:, 2] == wind) & (lake.states[:, 3] == NEUTRAL) & ~lake.at_goal
     )
@@ -131,9 +130,3 @@ def plot_lake(
     panels[0, 0].plot([], [], "*", color="black", markersize=12, label="goal")
     figure.legend(loc="outside lower center", ncols=6)
     figure.suptitle(f"Where to sail while the wind blows towards {DIRECTIONS[wind]}")
-    _save(figure, path)
-
-
-def _save(figure: plt.Figure, path: Path) -> None:
-    figure.savefig(path, dpi=110)
-    plt.close(figure)

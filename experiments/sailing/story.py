@@ -24,17 +24,16 @@ and the learner has no advice, good advice, or advice that is wrong equally ofte
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from experiments.kit.command import Output
+from experiments.kit.executors import run_all, start_workers
 from experiments.sailing.learning import (
     NOISE_CURVES,
     STRATEGIES,
@@ -121,14 +120,12 @@ def plan_of(config: Config) -> Plan:
     return plan
 
 
-def run_all(plan: Plan, seeds: Sequence[int], workers: int) -> list[dict[str, np.ndarray]]:
+def run_seeds(plan: Plan, seeds: Sequence[int], workers: int) -> list[dict[str, np.ndarray]]:
     """Every seed's curves, in the order of the seeds."""
     # Matrices are small: a second BLAS thread would only get in another worker's way.
     os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        return list(
-            tqdm(pool.map(run_seed, [plan] * len(seeds), seeds), "seeds", len(seeds), unit="seed")
-        )
+    with start_workers(workers) as pool:
+        return run_all(partial(run_seed, plan), seeds, pool.executor.map, "seeds", "seed")
 
 
 def curve(x: Sequence[float] | np.ndarray, values: np.ndarray) -> list[list[float]]:
@@ -227,7 +224,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     plan = plan_of(config)
     problem = plan.problem
     seeds = range(config.seed, config.seed + config.seeds)
-    runs = run_all(plan, seeds, config.workers)
+    runs = run_seeds(plan, seeds, config.workers)
 
     def curves(suffix: str, points: np.ndarray) -> dict[str, list[list[float]]]:
         return {
@@ -260,14 +257,14 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         "states": problem.lake.n_states,
         "seeds": list(seeds),
     }
-    with output.file("figure_6_1.png") as path:
-        plot_advice(result["curves"], result["objective_curves"], config.target, path)
-    with output.file("figure_6_2.png") as path:
-        plot_clustering(result["clustering_curves"], path)
-    with output.file("noise.png") as path:
-        plot_noise(result["noise"], config.noise_queries, path)
-    with output.file("policy.png") as path:
-        plot_lake(problem.lake, learned_policies(plan, config.seed), LAKE_WIND, optimal, path)
+    with output.figure("figure_6_1.png") as figure:
+        plot_advice(figure, result["curves"], result["objective_curves"], config.target)
+    with output.figure("figure_6_2.png") as figure:
+        plot_clustering(figure, result["clustering_curves"])
+    with output.figure("noise.png") as figure:
+        plot_noise(figure, result["noise"], config.noise_queries)
+    with output.figure("policy.png") as figure:
+        plot_lake(figure, problem.lake, learned_policies(plan, config.seed), LAKE_WIND, optimal)
     for name, entry in result["queries_to_target"].items():
         needed = "more than all" if entry["queries"] is None else f"{entry['queries']:.0f}"
         print(f"{name:>18}: {needed} queries to performance {config.target}")

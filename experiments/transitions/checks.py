@@ -137,8 +137,8 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
         result["thesis_kernel"] = scores(thesis_entries(feasible, tried), trials)
         print("by the kernel of thesis 5.9.1, for as many pairs as it covers:")
         print_scores(result["thesis_kernel"])
-    with output.file("validation.png") as path:
-        plot_validation(result, path)
+    with output.figure("validation.png") as figure:
+        plot_validation(figure, result)
     return result
 
 
@@ -157,8 +157,8 @@ def rules(config: Rules, output: Output) -> dict[str, Any]:
         run_campaign(database, campaign, PairTrials(every), workers)
     rows = judge(found, drawn, list(database.trials()))
     print_rules(rows)
-    with output.file("rules.png") as path:
-        plot_rules(rows, path)
+    with output.figure("rules.png") as figure:
+        plot_rules(figure, rows)
     return {"rows": rows}
 
 
@@ -185,8 +185,8 @@ def sensitivity(config: Sensitivity, output: Output) -> dict[str, Any]:
             print(f"{row['variant']:>14}  {row['pair']}{layer}: of {row['trials']} {changed}")
     total = summarise(rows)
     print_summary(total)
-    with output.file("sensitivity.png") as path:
-        plot_sensitivity(rows, path)
+    with output.figure("sensitivity.png") as figure:
+        plot_sensitivity(figure, rows)
     return {"summary": total, "rows": rows}
 
 
@@ -210,7 +210,7 @@ def releases(config: Releases, output: Output) -> dict[str, Any]:
             f"back {row['back']}, over {row['over']}, elsewhere {row['elsewhere']}; "
             f"drift {1e3 * row['drift_median_m']:.1f} mm"
         )
-    with output.file("releases.png") as path:
-        plot_sweep(rows, path)
+    with output.figure("releases.png") as figure:
+        plot_sweep(figure, rows)
     kept.forget()
     return {"rows": rows}

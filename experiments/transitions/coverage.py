@@ -1,15 +1,11 @@
 """How much of the transition model rests on trials, and how sure it is: tables and a picture."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from diagrams.trials.counts import Evidence, TransitionEntries, count_pairs
 from models.task.pairs import split_key
@@ -68,13 +64,13 @@ def print_coverage(
         print(f"{row['name']:26}" + "".join(f"{cell:>24}" for cell in cells))
 
 
-def plot_coverage(entries: TransitionEntries, path: Path) -> None:
+def plot_coverage(figure: Figure, entries: TransitionEntries) -> None:
     """Draw which pairs have trials behind them, and how surely each action ends as it mostly does.
 
     Below, one square is a cube orientation and the gripper that grasps or holds it, all
     cells and targets together: white where nothing is feasible, hatched where all is estimated.
     """
-    figure = plt.figure(figsize=(14, 8.5), layout="constrained")
+    figure.set_size_inches(14, 8.5)
     top, bottom = np.asarray(figure.subfigures(2, 1, height_ratios=[1, 3.4]))
     _draw_evidence(top.subplots(), count_pairs(entries))
     pairs = _pairs(entries)
@@ -95,17 +91,13 @@ def plot_coverage(entries: TransitionEntries, path: Path) -> None:
         untried = ((tried == 0) & (number > 0)).reshape(shape)
         for orientation, gripper in np.argwhere(untried):
             panel.add_patch(
-                plt.Rectangle(
-                    (gripper - 0.5, orientation - 0.5), 1, 1, fill=False, hatch="////", lw=0
-                )
+                Rectangle((gripper - 0.5, orientation - 0.5), 1, 1, fill=False, hatch="////", lw=0)
             )
         panel.set(title=kind.name.lower(), xlabel="gripper orientation")
         panel.set_xticks(range(0, N_GRIPPERS, 3))
     panels[0].set(ylabel="cube orientation (Table 4.1)")
     panels[0].set_yticks(range(0, N_ORIENTATIONS, 8))
     bottom.colorbar(image, ax=panels, label="probability of the likeliest outcome, mean")
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def _draw_evidence(axes: Any, counts: Mapping[str, Mapping[str, int]]) -> None:

@@ -10,15 +10,10 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from itertools import product
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
@@ -101,13 +96,12 @@ def summary(pair: Pair, records: Sequence[TrialRecord]) -> dict[str, Any]:
     }
 
 
-def plot_sweep(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+def plot_sweep(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
     """Draw where the cube ends by the angle it was released at, a panel for each height."""
     heights = sorted({row["height_m"] for row in rows})
-    figure, panels = plt.subplots(
-        1, len(heights), figsize=(5.5 * len(heights), 4), sharey=True, layout="constrained"
-    )
-    for panel, height in zip(np.atleast_1d(panels), heights, strict=True):
+    figure.set_size_inches(5.5 * len(heights), 4)
+    panels = figure.subplots(1, len(heights), sharey=True, squeeze=False)[0]
+    for panel, height in zip(panels, heights, strict=True):
         mine = [row for row in rows if row["height_m"] == height]
         angle = [row["angle_deg"] for row in mine]
         share = np.array([[row[end] / max(1, row["trials"]) for row in mine] for end in ENDS])
@@ -134,15 +128,13 @@ def plot_sweep(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
             xlim=(min(angle), max(angle)),
             ylim=(0, 1),
         )
-    np.atleast_1d(panels)[0].set_ylabel("share of releases, 95 % interval")
+    panels[0].set_ylabel("share of releases, 95 % interval")
     figure.legend(
-        *np.atleast_1d(panels)[0].get_legend_handles_labels(),
+        *panels[0].get_legend_handles_labels(),
         loc="outside lower center",
         ncol=3,
         frameon=False,
     )
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
 
 
 def _end(pair: Pair, record: TrialRecord) -> str:

@@ -5,15 +5,10 @@ tried, and what came about is held against what the rule foretold.
 """
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from diagrams.trials.counts import (
     Evidence,
@@ -115,7 +110,7 @@ def print_rules(rows: Sequence[Mapping[str, Any]]) -> None:
                 )
 
 
-def plot_rules(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+def plot_rules(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
     """Draw how often each rule's likeliest state came about, beside what it expected itself."""
     names, shares, errors, expected = [], [], [], []
     for row in rows:
@@ -129,14 +124,13 @@ def plot_rules(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         shares.append(hits / trials)
         errors.append((max(0.0, hits / trials - low), max(0.0, high - hits / trials)))
         expected.append(sum(part["expected"] * part["trials"] for part in parts) / trials)
-    figure, axes = plt.subplots(figsize=(8, 0.5 * len(names) + 1.2), layout="constrained")
+    figure.set_size_inches(8, 0.5 * len(names) + 1.2)
+    axes = figure.subplots()
     axes.barh(names, shares, xerr=np.array(errors).T, color="#4393c3", capsize=3)
     axes.plot(expected, names, "kd", ms=5, ls="none", label="expected by the rule's own model")
     axes.set(xlim=(0, 1.02), xlabel="the likeliest state came about, 95 % interval")
     axes.invert_yaxis()
     axes.legend(loc="lower left")
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def _restrict(rule: Rule) -> TransitionEntries:

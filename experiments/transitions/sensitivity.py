@@ -10,12 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from diagrams.trials.database import Campaign, TrialDatabase
 from diagrams.trials.plan import Plan
@@ -166,14 +162,13 @@ def print_summary(rows: Iterable[Mapping[str, Any]]) -> None:
         )
 
 
-def plot_sensitivity(rows: list[dict[str, Any]], path: Path) -> None:
+def plot_sensitivity(figure: Figure, rows: list[dict[str, Any]]) -> None:
     """Draw the share of changed trials by kind of action, aspect and variant."""
     names = list(dict.fromkeys(row["variant"] for row in rows))
     kinds = [kind.name.lower() for kind in Kind]
-    figure, axes = plt.subplots(
-        1, len(names), figsize=(5 * len(names), 4), sharey=True, layout="constrained", squeeze=False
-    )
-    for panel, name in zip(axes[0], names, strict=True):
+    figure.set_size_inches(5 * len(names), 4)
+    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    for panel, name in zip(panels, names, strict=True):
         for offset, aspect in enumerate(ASPECTS):
             share = []
             for kind in kinds:
@@ -185,10 +180,8 @@ def plot_sensitivity(rows: list[dict[str, Any]], path: Path) -> None:
         panel.set_xticks(range(len(kinds)), kinds)
         panel.set(title=name, ylim=(0, 1))
         panel.grid(axis="y", alpha=0.3)
-    axes[0][0].set_ylabel("share of trials")
-    axes[0][-1].legend(loc="upper right")
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
+    panels[0].set_ylabel("share of trials")
+    panels[-1].legend(loc="upper right")
 
 
 def _aspects(pair: Pair, record: TrialRecord) -> tuple[Outcome, int, int]:

@@ -122,8 +122,8 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
     trials = list(database.trials())
     entries = transition_entries(feasible, trials, classes)
     result = coverage(trials, entries)
-    with output.file("coverage.png") as path:
-        plot_coverage(entries, path)
+    with output.figure("coverage.png") as figure:
+        plot_coverage(figure, entries)
     if isinstance(config, Status):
         result["physics"] = physics(trials, entries, classes)
         print_physics(result["physics"])

@@ -1,15 +1,10 @@
 """How well a transition model predicts trials that it was not made from."""
 
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from diagrams.trials.counts import Evidence, TransitionEntries, Trial
 from diagrams.trials.record import Outcome, Pair
@@ -109,9 +104,10 @@ def print_scores(result: dict[str, Any]) -> None:
     print(f"{len(result['faults'])} simulator faults")
 
 
-def plot_validation(result: dict[str, Any], path: Path) -> None:
+def plot_validation(figure: Figure, result: dict[str, Any]) -> None:
     """Draw both shares by kind of action, with their intervals."""
-    figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
+    figure.set_size_inches(8, 4)
+    axes = figure.subplots()
     names = list(result["by_action"])
     for offset, (key, label) in enumerate(
         (("most_likely", "the likeliest state came about"), ("probable", "what came was probable"))
@@ -128,8 +124,6 @@ def plot_validation(result: dict[str, Any], path: Path) -> None:
     axes.set(ylabel="share of trials, 95 % interval", ylim=(0, 1.02))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncol=2, frameon=False)
     axes.grid(axis="y", alpha=0.3)
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
 
 
 def _predict(model: TransitionEntries) -> dict[int, dict[int, float]]:

@@ -36,7 +36,9 @@ def goal_cell(n: int, goal: str) -> Cell:
     if goal == "offset":
         return n // 4, 2 * n // 3
     if n % 2 == 0:
-        raise InputError(f"size: goal centre needs an odd size, got {n}; or choose goal offset")
+        raise InputError(
+            f"goal centre needs an odd size, got {n}; or choose goal offset", place="size"
+        )
     return n // 2, n // 2
 
 
@@ -75,7 +77,7 @@ class GridWorld:
     def __post_init__(self) -> None:
         """Check the size and the cells."""
         if self.n < 3:
-            raise InputError(f"size: a grid needs at least 3 cells a side, got {self.n}")
+            raise InputError(f"a grid needs at least 3 cells a side, got {self.n}", place="size")
         for name, cells in (("goal", [self.goal]), ("blocked", self.blocked)):
             for cell in cells:
                 if not all(0 <= c < self.n for c in cell):

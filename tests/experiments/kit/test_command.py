@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -8,6 +6,7 @@ from typing import Literal
 import numpy as np
 import pytest
 import yaml
+from matplotlib.image import imread
 
 from experiments.kit.command import Output, execute
 from irl.errors import InputError
@@ -95,12 +94,22 @@ def test_a_file_is_whole_or_absent(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_figure_is_saved_and_needs_no_display(tmp_path):
+    with Output(tmp_path, None).figure("plot.png") as figure:
+        figure.set_size_inches(3, 2)
+        figure.subplots().plot([0, 1])
+    assert [path.name for path in tmp_path.iterdir()] == ["plot.png"]
+    assert imread(tmp_path / "plot.png").shape[:2] == (240, 360)
+
+
+def test_a_figure_that_fails_leaves_no_file(tmp_path):
+    with pytest.raises(RuntimeError), Output(tmp_path, None).figure("plot.png"):
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("name", ["demo", "gridworld", "reachability", "simulate", "transitions"])
-def test_every_command_explains_itself(name):
-    shown = subprocess.run(
-        [sys.executable, "-m", f"experiments.{name}", "--help"],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
-    assert "usage" in shown.lower()
+def test_every_command_explains_itself(command, name):
+    shown = command(name, "--help")
+    assert shown.returncode == 0
+    assert shown.stdout.startswith(f"usage: python -m experiments.{name} ")

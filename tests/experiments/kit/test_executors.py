@@ -1,11 +1,14 @@
 """Jobs run ahead of the workers, again where a worker was lost, and each is answered once."""
 
+import math
+import os
+import subprocess
+import sys
 from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
-from experiments.kit.executors import AHEAD, Workers, run_jobs
+from experiments.kit.executors import AHEAD, Workers, mapper, run_all, run_jobs, start_workers
 from irl.errors import InputError
 
 
@@ -56,10 +59,29 @@ def test_what_an_answer_brings_up_is_run_too():
 
 
 def test_a_dead_process_is_told_in_words():
-    waiting = iter([0])
-    with pytest.raises(InputError, match="--workers: a worker process died"):
-        list(
-            run_jobs(
-                WORKERS, lambda: next(waiting, None), lambda _: answered(BrokenProcessPool("x"))
-            )
-        )
+    told = pytest.raises(InputError, match="--workers: a worker process died")
+    with told, start_workers(1) as workers:
+        run_all(os._exit, [3], workers.executor.map, "jobs")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_outcomes_come_in_the_order_of_the_jobs(workers):
+    with mapper(workers) as over:
+        assert run_all(math.factorial, [5, 3, 4, 0], over, "jobs") == [120, 6, 24, 1]
+
+
+PARENT = """
+import os, time
+from experiments.kit.executors import start_workers
+
+with start_workers(1) as workers:
+    print(workers.executor.submit(os.getpid).result(), flush=True)
+    workers.executor.submit(time.sleep, 600).result()
+"""
+
+
+def test_processes_end_with_the_one_that_started_them():
+    parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE)
+    parent.stdout.readline()
+    parent.kill()
+    parent.communicate(timeout=20)  # the pipe closes when all who write to it have ended

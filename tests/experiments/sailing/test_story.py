@@ -13,7 +13,7 @@ from experiments.sailing.story import (
     first_reached,
     plan_of,
     queries_to_target,
-    run_all,
+    run_seeds,
 )
 from irl.errors import InputError
 
@@ -76,7 +76,7 @@ def test_command_leaves_configuration_result_and_figures(tmp_path):
 
 
 def test_results_do_not_depend_on_the_number_of_workers(plan):
-    one, two = (run_all(plan, [3, 4], workers) for workers in (1, 2))
+    one, two = (run_seeds(plan, [3, 4], workers) for workers in (1, 2))
     for a, b in zip(one, two, strict=True):
         assert a.keys() == b.keys()
         for name in a:

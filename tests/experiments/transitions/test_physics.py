@@ -5,6 +5,7 @@ import pytest
 
 from diagrams.trials.counts import transition_entries
 from diagrams.trials.record import Outcome, Pair, TrialRecord
+from experiments.kit.command import Output
 from experiments.kit.shipped_data import load_feasibility
 from experiments.transitions.coverage import coverage_by_gripper, plot_coverage, print_coverage
 from experiments.transitions.physics import physics, print_physics
@@ -87,5 +88,6 @@ def test_coverage_is_told_by_gripper(told, tmp_path, capsys):
     counts = {"drop": {"measured": 1, "kernel": 2, "estimated": 3}}
     print_coverage(counts, rows)
     assert "vertical, turned 0°" in capsys.readouterr().out
-    plot_coverage(entries, tmp_path / "c.png")
+    with Output(tmp_path, None).figure("c.png") as figure:
+        plot_coverage(figure, entries)
     assert (tmp_path / "c.png").stat().st_size > 10_000

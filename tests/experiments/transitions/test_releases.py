@@ -49,7 +49,8 @@ def test_a_tilted_cube_falls_to_the_nearer_face(swept, tmp_path):
     assert len(ends) == 4
     for (_, angle), row in ends.items():
         assert row["back" if angle < 45 else "over"] == row["trials"] == 1
-    plot_sweep(swept, tmp_path / "r.png")
+    with Output(tmp_path, None).figure("r.png") as figure:
+        plot_sweep(figure, swept)
     assert (tmp_path / "r.png").stat().st_size > 10_000
 
 

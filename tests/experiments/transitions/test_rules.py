@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from diagrams.trials.record import Outcome, Pair, TrialRecord
+from experiments.kit.command import Output
 from experiments.kit.shipped_data import load_feasibility
 from experiments.transitions.rules import (
     EXACT,
@@ -75,5 +76,6 @@ def test_what_came_about_is_held_against_the_rule(rules, tmp_path):
     assert row["by_action"]["drop"]["most_likely"][0] == 0.5
     assert row["by_action"]["drop"]["expected"] == 1.0
     (perfect,) = judge([cube], [[kept]], trials)
-    plot_rules([row, perfect], tmp_path / "r.png")
+    with Output(tmp_path, None).figure("r.png") as figure:
+        plot_rules(figure, [row, perfect])
     assert (tmp_path / "r.png").stat().st_size > 5_000

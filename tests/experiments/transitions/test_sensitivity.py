@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
+from experiments.kit.command import Output
 from experiments.transitions.sensitivity import (
     ROTATIONS,
     compare,
@@ -67,5 +68,6 @@ def test_changes_are_counted_and_faults_left_out(rows, capsys):
 
 
 def test_the_picture_is_drawn(rows, tmp_path):
-    plot_sensitivity(rows, tmp_path / "s.png")
+    with Output(tmp_path, None).figure("s.png") as figure:
+        plot_sensitivity(figure, rows)
     assert (tmp_path / "s.png").stat().st_size > 5_000

@@ -1,6 +1,6 @@
 """Who teaches the grasping task: a simulated mind, whose wish stays hidden, or a recording."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -48,6 +48,7 @@ class GraspTeacher:
     Attributes:
         task: what is taught.
         config: who teaches.
+        recording: what was recorded, if that is who demonstrates.
 
     Raises:
         InputError: if a recording is wanted and not named, named and not wanted, cannot be read,
@@ -56,10 +57,11 @@ class GraspTeacher:
 
     task: TaskData
     config: TeacherConfig
+    recording: Demonstrations | None = field(init=False)
 
     def __post_init__(self) -> None:
-        """Read the recording, so that a wrong one costs no work."""
-        assert self._recording is None or len(self._recording)
+        """Read the recording."""
+        object.__setattr__(self, "recording", _read(self.config, self.task))
 
     @cached_property
     def oracle(self) -> OracleDemonstrator:
@@ -80,9 +82,8 @@ class GraspTeacher:
 
     def answers(self, rules: list[str]) -> Teacher:
         """Who answers the learner; ``rules`` say what follows from a demonstration by itself."""
-        recording = self._recording
         return Teacher(
-            self.oracle if recording is None else RecordedDemonstrator(recording),
+            self.oracle if self.recording is None else RecordedDemonstrator(self.recording),
             OracleExpert(self.oracle, self.task.start_states),
             self.task.generalisation,
             rules,
@@ -96,7 +97,7 @@ class GraspTeacher:
         Raises:
             InputError: as `irl.collection.initial_demonstrations`.
         """
-        recording, starts = self._recording, self.task.start_states
+        recording, starts = self.recording, self.task.start_states
         if recording is not None:
             count = min(count, teacher.generalise(recording).n_states_demonstrated)
             starts = np.unique(recording.state[~recording.generalised])
@@ -104,22 +105,23 @@ class GraspTeacher:
 
     def candidates(self, problem: LearningProblem) -> np.ndarray | None:
         """The states of ``problem`` that there is an answer for."""
-        if self._recording is None or problem.candidates is None:
+        if self.recording is None or problem.candidates is None:
             return problem.candidates
-        return np.intersect1d(problem.candidates, self._recording.state)
+        return np.intersect1d(problem.candidates, self.recording.state)
 
-    @cached_property
-    def _recording(self) -> Demonstrations | None:
-        path = self.config.recording
-        if (self.config.demonstrator == "recorded") != (path is not None):
-            raise InputError(
-                "--teacher.recording: give a CSV file with --teacher.demonstrator recorded, and "
-                "only then"
-            )
-        if path is None:
-            return None
-        recording = Demonstrations.load(path)
-        recording.check(self.task.model, str(path))
-        if not len(recording):
-            raise InputError("holds no demonstration", place=str(path))
-        return recording
+
+def _read(config: TeacherConfig, task: TaskData) -> Demonstrations | None:
+    """The recording, if there is to be one; checked, so that a wrong one costs no work."""
+    path = config.recording
+    if (config.demonstrator == "recorded") != (path is not None):
+        raise InputError(
+            "--teacher.recording: give a CSV file with --teacher.demonstrator recorded, and "
+            "only then"
+        )
+    if path is None:
+        return None
+    recording = Demonstrations.load(path)
+    recording.check(task.model, str(path))
+    if not len(recording):
+        raise InputError("holds no demonstration", place=str(path))
+    return recording

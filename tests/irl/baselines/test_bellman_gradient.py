@@ -3,8 +3,8 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from irl.baselines.bellman_gradient import (
+    BellmanGradientConfig,
     bellman_gradient,
-    bellman_gradient_network,
     smooth_maximum,
 )
 from irl.baselines.differentiable_planning import HardMax
@@ -56,18 +56,12 @@ def test_sharper_comes_nearer_to_the_hard_maximum(random_model, smoothing):
 @pytest.mark.parametrize("grid", [5, 15], indirect=True)
 def test_recovers_the_grid(grid, optimal_walks, share_of_optimum, smoothing):
     R, weights = bellman_gradient(
-        grid.model, optimal_walks, gamma=0.9, smoothing=smoothing, max_iterations=60
+        grid.model,
+        optimal_walks,
+        gamma=0.9,
+        config=BellmanGradientConfig(max_iterations=60, smoothing=smoothing),
     )
     np.testing.assert_array_equal(R, weights)
-    _, Q = value_iteration(grid.model, R, 0.9)
-    assert share_of_optimum(Q.argmax(axis=1)).mean() >= 0.99
-
-
-def test_a_network_recovers_the_grid(grid, optimal_walks, share_of_optimum):
-    R, network = bellman_gradient_network(
-        grid.model, optimal_walks, grid.features, gamma=0.9, rng=np.random.default_rng(0)
-    )
-    np.testing.assert_array_equal(R, network.values(grid.features))
     _, Q = value_iteration(grid.model, R, 0.9)
     assert share_of_optimum(Q.argmax(axis=1)).mean() >= 0.99
 
@@ -75,12 +69,11 @@ def test_a_network_recovers_the_grid(grid, optimal_walks, share_of_optimum):
 def test_bad_arguments_are_named(chain):
     walk = Demonstrations.from_pairs([(0, 1), (1, 1)])
     with pytest.raises(InputError, match=r"smoothing.*soft, norm"):
-        bellman_gradient(chain, walk, gamma=0.9, smoothing="sharp")
+        BellmanGradientConfig(smoothing="sharp")
     with pytest.raises(InputError, match="higher order"):
-        bellman_gradient(chain, walk, gamma=0.99, smoothing="norm", sharpness=10)
+        config = BellmanGradientConfig(smoothing="norm", sharpness=10)
+        bellman_gradient(chain, walk, gamma=0.99, config=config)
     with pytest.raises(InputError, match="sharpness"):
-        bellman_gradient(chain, walk, gamma=0.9, sharpness=0.0)
+        BellmanGradientConfig(sharpness=0.0)
     with pytest.raises(InputError, match="beta"):
-        bellman_gradient(chain, walk, gamma=0.9, beta=0.0)
-    with pytest.raises(InputError, match="features"):
-        bellman_gradient_network(chain, walk, None, gamma=0.9, rng=np.random.default_rng(0))
+        BellmanGradientConfig(beta=0.0)

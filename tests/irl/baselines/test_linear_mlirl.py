@@ -3,7 +3,7 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from irl.baselines.differentiable_planning import HardMax
-from irl.baselines.linear_mlirl import linear_mlirl
+from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -44,7 +44,9 @@ def test_one_choice_has_its_closed_form():
         3, 2, np.array([0, 0]), np.array([0, 1]), np.array([1, 2]), np.ones(2)
     )
     choices = Demonstrations.from_pairs([(0, 0), (0, 0), (0, 1), (0, 0)])
-    R, weights = linear_mlirl(fork, choices, gamma=0.9, beta=2.0, tolerance=1e-9)
+    R, weights = linear_mlirl(
+        fork, choices, gamma=0.9, config=MlirlConfig(tolerance=1e-9, beta=2.0)
+    )
     # Three times in four: 2 (R(1) − R(2)) = log 3; the ascent from 0 keeps their sum.
     np.testing.assert_allclose(R, np.array([0, 1, -1]) * np.log(3) / 4, atol=1e-7)
     np.testing.assert_array_equal(R, weights)
@@ -52,7 +54,7 @@ def test_one_choice_has_its_closed_form():
 
 @pytest.mark.parametrize("grid", [5, 15], indirect=True)
 def test_recovers_the_grid(grid, optimal_walks, share_of_optimum):
-    R, _ = linear_mlirl(grid.model, optimal_walks, gamma=0.9, max_iterations=60)
+    R, _ = linear_mlirl(grid.model, optimal_walks, gamma=0.9, config=MlirlConfig(max_iterations=60))
     assert R.argmax() == grid.goal_state
     _, Q = value_iteration(grid.model, R, 0.9)
     assert share_of_optimum(Q.argmax(axis=1)).mean() >= 0.99
@@ -76,6 +78,6 @@ def test_bad_arguments_are_named(chain):
     with pytest.raises(InputError, match="gamma"):
         linear_mlirl(chain, walk, gamma=1.0)
     with pytest.raises(InputError, match="beta"):
-        linear_mlirl(chain, walk, gamma=0.9, beta=0.0)
+        MlirlConfig(beta=0.0)
     with pytest.raises(InputError, match="features"):
         linear_mlirl(chain, walk, np.zeros((3, 2)), gamma=0.9)

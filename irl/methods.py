@@ -52,7 +52,6 @@ from irl.baselines.behaviour_cloning import behaviour_cloning
 from irl.baselines.bellman_gradient import (
     SHARPNESS,
     BellmanGradientConfig,
-    bellman_gradient,
     smooth_maximum,
 )
 from irl.baselines.birl import SamplingConfig, birl
@@ -308,7 +307,7 @@ METHODS: Mapping[str, Method] = {
     "max_ent": Method(_max_ent, method_iterations.max_ent),
     "deep_max_ent": Method(_deep_max_ent, method_iterations.deep_max_ent),
     "bellman_gradient": Method(
-        _counted(bellman_gradient, BellmanGradientConfig),
+        _counted(linear_mlirl, BellmanGradientConfig),
         planned(smooth_maximum("soft", SHARPNESS)),
     ),
     "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), planned(HardMax())),

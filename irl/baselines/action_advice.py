@@ -14,6 +14,7 @@ the policy is planned for, advice about some states tells something of the other
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -23,7 +24,7 @@ from irl.baselines.ascent import sparse_ascend
 from irl.baselines.differentiable_planning import SoftMax
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.baselines.sparse_planning import SparseConfig
-from irl.choices import check_range
+from irl.choices import Limits, check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.groups import Groups
@@ -35,15 +36,10 @@ from irl.uncertainty import entropy, shannon_entropy
 class AdviceConfig(SparseConfig):
     """What advice counts, what a reward costs, and when the ascent ends."""
 
-    tolerance: float = 1e-4
-    max_iterations: int = 200
-    advice_weight: float = 1.0
+    tolerance: Annotated[float, Limits(0)] = 1e-4
+    max_iterations: Annotated[int, Limits(0)] = 200
+    advice_weight: Annotated[float, Limits(0)] = 1.0
     """λ, what all advice counts against all demonstrations."""
-
-    def __post_init__(self) -> None:
-        """Refuse values outside their range."""
-        super().__post_init__()
-        check_range("advice_weight", self.advice_weight, 0)
 
 
 @dataclass(frozen=True)

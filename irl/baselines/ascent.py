@@ -3,11 +3,12 @@
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.optimize import minimize
 
-from irl.choices import check_range
+from irl.choices import Limits, Settings, check_range
 
 Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
 Callback = Callable[[int, float], None]
@@ -19,39 +20,25 @@ _SHORTEST, _LONGEST = 1e-10, 1e10  # steps tried
 
 
 @dataclass(frozen=True)
-class AscentConfig:
+class AscentConfig(Settings):
     """When an ascent ends."""
 
-    tolerance: float = 1e-4
+    tolerance: Annotated[float, Limits(0)] = 1e-4
     """Largest gradient entry at which it ends; with a price on absolute entries, largest change
     that a unit step would make."""
-    max_iterations: int = 200
+    max_iterations: Annotated[int, Limits(0)] = 200
     """Evaluations of the objective after which it ends in any case."""
-
-    def __post_init__(self) -> None:
-        """Refuse values outside their range.
-
-        Raises:
-            InputError: naming the field and what it may be.
-        """
-        check_range("tolerance", self.tolerance, 0)
-        check_range("max_iterations", self.max_iterations, 0)
 
 
 @dataclass(frozen=True)
 class RidgeConfig(AscentConfig):
     """How to climb a concave objective, less l2 |x|² / 2."""
 
-    tolerance: float = 1e-6
-    max_iterations: int = 1000
-    l2: float = 1e-3
+    tolerance: Annotated[float, Limits(0)] = 1e-6
+    max_iterations: Annotated[int, Limits(0)] = 1000
+    l2: Annotated[float, Limits(0)] = 1e-3
     """Price of |x|² / 2 against the objective. Above 0 the solution is unique and finite, which
     flawless demonstrations would else push to infinity."""
-
-    def __post_init__(self) -> None:
-        """Refuse values outside their range."""
-        super().__post_init__()
-        check_range("l2", self.l2, 0)
 
 
 @dataclass(frozen=True)

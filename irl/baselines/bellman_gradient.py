@@ -7,6 +7,10 @@ likelihood (3.13) of the demonstrations under π(a | s) ∝ exp(β Q(s, a)):
   first, which changes no choice where nothing ends; γ n^(1/k) must be below 1.
 - ``soft``, the generalised soft maximum log Σ exp(k Q) / k.
 
+The ascent is that of ``irl.baselines.linear_mlirl``, told which maximum to plan by:
+
+    reward, weights = linear_mlirl(model, shown, gamma=0.9, config=BellmanGradientConfig())
+
 The published method iterates ∂Q/∂θ = P (∂R/∂θ + γ ∂V/∂θ), a number for each pair and parameter.
 The gradient of one likelihood needs only the transposed iteration, a number for each state, and
 that is what runs here: the same fixed point, at a cost that does not grow with the parameters.
@@ -14,16 +18,9 @@ that is what runs here: the same fixed point, at a cost that does not grow with 
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from irl.baselines.ascent import Callback
 from irl.baselines.differentiable_planning import Maximum, PNorm, SoftMax
-from irl.baselines.features import state_features
 from irl.baselines.linear_mlirl import MlirlConfig
-from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.choices import check_choice, check_range
-from irl.demonstrations import Demonstrations
-from irl.mdp import TransitionModel
 
 SMOOTHINGS = ("soft", "norm")
 SHARPNESS = 100.0  # k, unless told otherwise
@@ -39,31 +36,14 @@ class BellmanGradientConfig(MlirlConfig):
     """k, in either."""
 
     def __post_init__(self) -> None:
-        """Refuse values outside their range, and unknown names."""
+        """Refuse values outside their limits, and unknown names."""
         super().__post_init__()
         smooth_maximum(self.smoothing, self.sharpness)
 
-
-def bellman_gradient(
-    model: TransitionModel,
-    demonstrations: Demonstrations,
-    features: np.ndarray | None = None,
-    *,
-    gamma: float,
-    config: BellmanGradientConfig | None = None,
-    callback: Callback | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Climb the likelihood of a linear reward R = Φ ω (3.10) from ω = 0.
-
-    Arguments, returns and errors as for ``irl.baselines.linear_mlirl.linear_mlirl``.
-    """
-    config = config or BellmanGradientConfig()
-    phi, maximum = (
-        state_features(model, features),
-        smooth_maximum(config.smoothing, config.sharpness),
-    )
-    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, maximum, config.beta)
-    return likelihood.climb(phi, config, callback)
+    @property
+    def maximum(self) -> Maximum:
+        """What stands in for the maximum."""
+        return smooth_maximum(self.smoothing, self.sharpness)
 
 
 def smooth_maximum(smoothing: str, sharpness: float) -> Maximum:

@@ -6,12 +6,13 @@ and expected state visits, see ``irl.baselines.max_ent``, carried back through t
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import torch
 
 from irl.baselines.max_ent import FeatureMatching
-from irl.choices import check_range
+from irl.choices import Limits, Settings, check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -20,30 +21,19 @@ from irl.vr_function import Evaluation, VRFunction, torch_generator
 
 
 @dataclass(frozen=True)
-class DeepMaxEntConfig:
+class DeepMaxEntConfig(Settings):
     """The reward network, and how it is trained."""
 
     hidden: tuple[int, ...] = (32, 32)
     """Widths of the hidden layers."""
-    r_max: float = 10.0
+    r_max: Annotated[float, Limits(0, open_low=True)] = 10.0
     """Largest |R(s)|, in units of the demonstrator's temperature."""
-    iterations: int = 300
+    iterations: Annotated[int, Limits(0)] = 300
     """Steps to take."""
-    step: float = 0.01
+    step: Annotated[float, Limits(0, open_low=True)] = 0.01
     """Adam's first step, which decays linearly to 0."""
-    weight_decay: float = 0.0
+    weight_decay: Annotated[float, Limits(0)] = 0.0
     """Shrinkage of the weights per unit of step."""
-
-    def __post_init__(self) -> None:
-        """Refuse values outside their range.
-
-        Raises:
-            InputError: naming the field and what it may be.
-        """
-        check_range("r_max", self.r_max, 0, open_low=True)
-        check_range("iterations", self.iterations, 0)
-        check_range("step", self.step, 0, open_low=True)
-        check_range("weight_decay", self.weight_decay, 0)
 
 
 def deep_max_ent(

@@ -8,14 +8,15 @@ policy is not unique, f has a kink and this is one of its subgradients.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from irl.baselines.ascent import AscentConfig, Callback
-from irl.baselines.differentiable_planning import HardMax
+from irl.baselines.differentiable_planning import HardMax, Maximum
 from irl.baselines.features import state_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
-from irl.choices import check_range
+from irl.choices import Limits
 from irl.demonstrations import Demonstrations
 from irl.mdp import TransitionModel
 
@@ -24,17 +25,13 @@ from irl.mdp import TransitionModel
 class MlirlConfig(AscentConfig):
     """How to climb the likelihood of Boltzmann choices."""
 
-    beta: float = 1.0
+    beta: Annotated[float, Limits(0, open_low=True)] = 1.0
     """Inverse temperature β of the demonstrator, in 1 / unit of reward."""
 
-    def __post_init__(self) -> None:
-        """Refuse values outside their range.
-
-        Raises:
-            InputError: naming the field and what it may be.
-        """
-        super().__post_init__()
-        check_range("beta", self.beta, 0, open_low=True)
+    @property
+    def maximum(self) -> Maximum:
+        """What a state is worth, of its actions' values."""
+        return HardMax()
 
 
 def linear_mlirl(
@@ -56,7 +53,7 @@ def linear_mlirl(
         demonstrations: labelled pairs, in any order.
         features: Φ, ``[n_states, d]``; one indicator per state if absent.
         gamma: discount factor in [0, 1).
-        config: β, and when the ascent ends.
+        config: β, when the ascent ends, and in ``irl.baselines.bellman_gradient`` the maximum.
         callback: follows the ascent.
 
     Returns:
@@ -68,5 +65,5 @@ def linear_mlirl(
     """
     phi = state_features(model, features)
     config = config or MlirlConfig()
-    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, HardMax(), config.beta)
+    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, config.maximum, config.beta)
     return likelihood.climb(phi, config, callback)

@@ -15,13 +15,14 @@ says the same in |Pref| + |Av| rows instead of |Pref| · |Av|.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
 
 from irl.advice import Advice
 from irl.baselines.linear_programming import RewardProgram, leads
-from irl.choices import check_range
+from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -29,31 +30,20 @@ from irl.planning import transition_matrix, value_iteration
 
 
 @dataclass(frozen=True, eq=False)
-class TrustConfig:
+class TrustConfig(Settings):
     """How far demonstrations and advice are trusted, and the program's limits."""
 
-    demonstration_trust: float = 1.0
+    demonstration_trust: Annotated[float, Limits(0)] = 1.0
     """λ_d."""
-    advice_trust: float = 1.0
+    advice_trust: Annotated[float, Limits(0)] = 1.0
     """λ_a."""
     hardness: np.ndarray | float = 0.0
     """δ, one number or ``[n_states]``, in units of Q: above 0 a margin that must be met, below 0 a
     violation that is allowed."""
-    r_max: float = 1.0
+    r_max: Annotated[float, Limits(0, open_low=True)] = 1.0
     """Largest |R(s)|, in the reward's unit."""
-    rounds: int = 10
+    rounds: Annotated[int, Limits(1)] = 10
     """Most programs to solve."""
-
-    def __post_init__(self) -> None:
-        """Refuse values outside their range.
-
-        Raises:
-            InputError: naming the field and what it may be.
-        """
-        check_range("demonstration_trust", self.demonstration_trust, 0)
-        check_range("advice_trust", self.advice_trust, 0)
-        check_range("r_max", self.r_max, 0, open_low=True)
-        check_range("rounds", self.rounds, 1)
 
 
 def lp_advice(

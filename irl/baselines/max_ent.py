@@ -24,6 +24,7 @@ def max_ent(
     model: TransitionModel,
     demonstrations: Demonstrations,
     features: np.ndarray | None = None,
+    *,
     config: RidgeConfig | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the reward whose soft walks enter the states that the demonstrations enter.

@@ -11,6 +11,7 @@ The gradient is that of the fixed point itself, by one linear system (see
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from irl.baselines.ascent import AscentConfig, Callback, sparse_ascend
 from irl.baselines.differentiable_planning import SoftMax
 from irl.baselines.features import state_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
-from irl.choices import check_range
+from irl.choices import Limits
 from irl.demonstrations import Demonstrations
 from irl.mdp import TransitionModel
 
@@ -27,20 +28,11 @@ from irl.mdp import TransitionModel
 class SparseConfig(AscentConfig):
     """What a reward costs, and when the ascent ends."""
 
-    tolerance: float = 1e-5
-    max_iterations: int = 300
-    sparsity: float = 0.05
+    tolerance: Annotated[float, Limits(0)] = 1e-5
+    max_iterations: Annotated[int, Limits(0)] = 300
+    sparsity: Annotated[float, Limits(0, 1)] = 0.05
     """Price of Σ |ω| as a share of the price above which ω = 0 would be best, from 0, which is
     free, to 1. Flawless demonstrations have no likeliest ω without a price."""
-
-    def __post_init__(self) -> None:
-        """Refuse values outside their range.
-
-        Raises:
-            InputError: naming the field and what it may be.
-        """
-        super().__post_init__()
-        check_range("sparsity", self.sparsity, 0, 1)
 
 
 def sparse_planning(

@@ -125,9 +125,3 @@ def test_bad_arguments_are_named(chain, arguments, words):
     }
     with pytest.raises(InputError, match=words):
         deep_max_ent(chain, **(given | arguments))
-
-
-@pytest.mark.parametrize("field", ["r_max", "iterations", "step", "weight_decay"])
-def test_bad_settings_are_named(field):
-    with pytest.raises(InputError, match=field):
-        DeepMaxEntConfig(**{field: -1})

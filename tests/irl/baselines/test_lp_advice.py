@@ -188,9 +188,3 @@ def test_bad_arguments_are_named(chain, arguments, words):
     }
     with pytest.raises(InputError, match=words):
         lp_advice(chain, **(given | arguments))
-
-
-@pytest.mark.parametrize("field", ["r_max", "rounds", "advice_trust", "demonstration_trust"])
-def test_bad_settings_are_named(field):
-    with pytest.raises(InputError, match=field):
-        TrustConfig(**{field: -1})

@@ -47,17 +47,22 @@ import numpy as np
 
 from irl import method_iterations
 from irl.advice import Advice
+from irl.baselines.ascent import AscentConfig, RidgeConfig
 from irl.baselines.behaviour_cloning import behaviour_cloning
-from irl.baselines.bellman_gradient import SHARPNESS, bellman_gradient, smooth_maximum
+from irl.baselines.bellman_gradient import (
+    SHARPNESS,
+    BellmanGradientConfig,
+    smooth_maximum,
+)
 from irl.baselines.birl import SamplingConfig, birl
-from irl.baselines.deep_max_ent import deep_max_ent
+from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
 from irl.baselines.differentiable_planning import HardMax, SoftMax
-from irl.baselines.linear_mlirl import linear_mlirl
+from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
 from irl.baselines.linear_programming import lp
-from irl.baselines.lp_advice import lp_advice
+from irl.baselines.lp_advice import TrustConfig, lp_advice
 from irl.baselines.lp_basis import lp_basis
 from irl.baselines.max_ent import max_ent
-from irl.baselines.sparse_planning import sparse_planning
+from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.bellman import BellmanTerm
 from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
@@ -183,7 +188,9 @@ def _problem(
     return LearningProblem(problem, features, gamma=gamma)
 
 
-def _counted(function: Callable[..., tuple[np.ndarray, Any]], **defaults: Any) -> Callable:
+def _counted(
+    function: Callable[..., tuple[np.ndarray, Any]], config_type: type[AscentConfig]
+) -> Callable:
     """Fit a reward per state by ``function``, which tells a callback of its evaluations."""
 
     def fit(given: Inputs, **options: Any) -> tuple[Found, int | None]:
@@ -197,8 +204,8 @@ def _counted(function: Callable[..., tuple[np.ndarray, Any]], **defaults: Any) -
             given.model,
             given.demonstrations,
             gamma=given.gamma,
+            config=config_type(**options),
             callback=follow,
-            **(defaults | options),
         )
         return (None, reward), count
 
@@ -233,20 +240,20 @@ def _fa_mlirl(
 
 
 def _max_ent(given: Inputs, **options: Any) -> tuple[Found, None]:
-    reward, _ = max_ent(given.model, walks(given.demonstrations), **options)
+    reward, _ = max_ent(given.model, walks(given.demonstrations), config=RidgeConfig(**options))
     return (None, reward), None
 
 
-def _deep_max_ent(given: Inputs, iterations: int = 300, **options: Any) -> tuple[Found, int]:
+def _deep_max_ent(given: Inputs, **options: Any) -> tuple[Found, int]:
+    config = DeepMaxEntConfig(**options)
     reward, _ = deep_max_ent(
         given.model,
         walks(given.demonstrations),
         given.problem.required_features(),
         rng=given.rng,
-        iterations=iterations,
-        **options,
+        config=config,
     )
-    return (None, reward), iterations
+    return (None, reward), config.iterations
 
 
 def _lp(given: Inputs, slack: float = 0.01, **options: Any) -> tuple[Found, None]:
@@ -256,7 +263,8 @@ def _lp(given: Inputs, slack: float = 0.01, **options: Any) -> tuple[Found, None
 
 def _lp_advice(given: Inputs, **options: Any) -> tuple[Found, None]:
     advice = given.advice or Advice.none(given.model.n_states, given.model.n_actions)
-    reward = lp_advice(given.model, given.demonstrations, advice, gamma=given.gamma, **options)
+    config = TrustConfig(**options)
+    reward = lp_advice(given.model, given.demonstrations, advice, gamma=given.gamma, config=config)
     return (None, reward), None
 
 
@@ -287,8 +295,9 @@ def _birl(
 
 
 def _behaviour_cloning(given: Inputs, **options: Any) -> tuple[Found, None]:
+    config = RidgeConfig(**options)
     log_pi, _ = behaviour_cloning(
-        given.model, given.demonstrations, given.problem.features, **options
+        given.model, given.demonstrations, given.problem.features, config=config
     )
     return (log_pi, None), None
 
@@ -298,13 +307,14 @@ METHODS: Mapping[str, Method] = {
     "max_ent": Method(_max_ent, method_iterations.max_ent),
     "deep_max_ent": Method(_deep_max_ent, method_iterations.deep_max_ent),
     "bellman_gradient": Method(
-        _counted(bellman_gradient), planned(smooth_maximum("soft", SHARPNESS))
+        _counted(linear_mlirl, BellmanGradientConfig),
+        planned(smooth_maximum("soft", SHARPNESS)),
     ),
-    "linear_mlirl": Method(_counted(linear_mlirl), planned(HardMax())),
+    "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), planned(HardMax())),
     "lp": Method(_lp),
     "lp_advice": Method(_lp_advice, takes_advice=True),
     "lp_basis": Method(_lp_basis),
     "birl": Method(_birl, method_iterations.birl),
     "behaviour_cloning": Method(_behaviour_cloning, method_iterations.behaviour_cloning),
-    "planning": Method(_counted(sparse_planning), planned(SoftMax())),
+    "planning": Method(_counted(sparse_planning, SparseConfig), planned(SoftMax())),
 }

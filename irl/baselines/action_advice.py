@@ -14,20 +14,32 @@ the policy is planned for, advice about some states tells something of the other
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
 
 from irl.advice import Advice
-from irl.baselines.ascent import proximal_ascend
+from irl.baselines.ascent import sparse_ascend
 from irl.baselines.differentiable_planning import SoftMax
 from irl.baselines.planned_likelihood import PlannedLikelihood
-from irl.choices import check_range
+from irl.baselines.sparse_planning import SparseConfig
+from irl.choices import Limits, check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.groups import Groups
 from irl.mdp import TransitionModel
 from irl.uncertainty import entropy, shannon_entropy
+
+
+@dataclass(frozen=True)
+class AdviceConfig(SparseConfig):
+    """What advice counts, what a reward costs, and when the ascent ends."""
+
+    tolerance: Annotated[float, Limits(0)] = 1e-4
+    max_iterations: Annotated[int, Limits(0)] = 200
+    advice_weight: Annotated[float, Limits(0)] = 1.0
+    """λ, what all advice counts against all demonstrations."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +66,8 @@ def learn(
     advice: Advice,
     *,
     gamma: float,
-    advice_weight: float = 1.0,
-    sparsity: float = 0.05,
+    config: AdviceConfig | None = None,
     start: np.ndarray | None = None,
-    tolerance: float = 1e-4,
-    max_iterations: int = 200,
 ) -> Result:
     """Find the sparse reward that best explains demonstrations and advice together.
 
@@ -67,18 +76,14 @@ def learn(
         demonstrations: labelled pairs, in any order.
         advice: preferred and avoided actions by state; ``Advice.none`` for demonstrations alone.
         gamma: discount factor in [0, 1).
-        advice_weight: λ, what all advice counts against all demonstrations, from 0.
-        sparsity: as for ``irl.baselines.sparse_planning.sparse_planning``.
+        config: λ, the price of rewards, and when the ascent ends.
         start: R ``[n_states]`` to begin at, such as the last result's; 0 if absent.
-        tolerance: the ascent ends where a unit step would move no reward by more.
-        max_iterations: the ascent ends after so many evaluations in any case.
 
     Raises:
-        InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
-            or the advice is for another model.
+        InputError: if there is no demonstration, a pair is infeasible, gamma is out of range, or
+            the advice is for another model.
     """
-    check_range("advice_weight", advice_weight, 0.0)
-    check_range("sparsity", sparsity, 0.0, 1.0)
+    config = config or AdviceConfig()
     likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), beta=1.0)
     advised = AdviceLikelihood.build(model, advice)
 
@@ -86,18 +91,12 @@ def learn(
         f = likelihood.planner.solve(reward)
         value, g = likelihood.of_values(f)
         more, g_advice = advised.of_values(f)
-        pulled = likelihood.planner.pull(g + advice_weight * g_advice)
-        return value + advice_weight * more, pulled
+        pulled = likelihood.planner.pull(g + config.advice_weight * g_advice)
+        return value + config.advice_weight * more, pulled
 
     zero = np.zeros(model.n_states)
-    l1 = sparsity * np.abs(objective(zero)[1]).max()
-    answer = proximal_ascend(
-        objective,
-        zero if start is None else np.asarray(start, dtype=np.float64),
-        l1,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-    )
+    begin = zero if start is None else np.asarray(start, dtype=np.float64)
+    answer, l1 = sparse_ascend(objective, begin, config.sparsity, config)
     q = model.q_values(likelihood.planner.solve(answer.x))
     value = answer.value + l1 * np.abs(answer.x).sum()
     return Result(answer.x, q, float(value), answer.iterations)

@@ -6,8 +6,8 @@ those are; where they lead plays no part.
 
 import numpy as np
 from scipy import sparse
-from scipy.optimize import minimize
 
+from irl.baselines.ascent import RidgeConfig, ridge_ascend
 from irl.baselines.features import Features, state_features
 from irl.choices import check_range
 from irl.demonstrations import Demonstrations
@@ -20,9 +20,7 @@ def behaviour_cloning(
     demonstrations: Demonstrations,
     features: np.ndarray | None = None,
     *,
-    l2: float = 1e-3,
-    tolerance: float = 1e-6,
-    max_iterations: int = 1000,
+    config: RidgeConfig | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fit π(a | s) ∝ exp(φ(s)·ω_a + b_a) to the demonstrations, each counting the same.
 
@@ -32,37 +30,29 @@ def behaviour_cloning(
         features: Φ, ``[n_states, d]``, best of a size near 1; one indicator per state if absent,
             which clones demonstrated states one by one and elsewhere tells the actions apart by
             their frequency alone.
-        l2: price of (|ω|² + |b|²) / 2 against the mean log-likelihood, above 0, so that the
-            solution is unique and finite.
-        tolerance: largest gradient entry at which the fit ends.
-        max_iterations: the fit ends there in any case.
+        config: the price of (|ω|² + |b|²) / 2 against the mean log-likelihood, above 0, and when
+            the fit ends.
 
     Returns:
         log π(a | s) ``[n_states, n_actions]``, −∞ where infeasible, and the weights
         ``[d + 1, n_actions]``, the biases b in the last row.
 
     Raises:
-        InputError: if there is no demonstration, a pair is infeasible, ``l2`` is out of range,
+        InputError: if there is no demonstration, a pair is infeasible, l2 is not above 0,
             or the features are not finite or have a wrong shape.
     """
-    check_range("l2", l2, 0.0, open_low=True)
+    config = config or RidgeConfig()
+    check_range("l2", config.l2, 0, open_low=True)
     phi = sparse.csr_matrix(state_features(model, features))
     problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
     inputs = sparse.hstack([phi, np.ones((model.n_states, 1))], format="csr")
     shape = inputs.shape[1], model.n_actions
 
-    def loss(flat: np.ndarray) -> tuple[float, np.ndarray]:
+    def objective(flat: np.ndarray) -> tuple[float, np.ndarray]:
         value, gradient = value_and_gradient(model, problem, inputs, flat.reshape(shape))
-        return l2 / 2 * (flat @ flat) - value, l2 * flat - gradient.ravel()
+        return value, gradient.ravel()
 
-    answer = minimize(
-        loss,
-        np.zeros(shape[0] * shape[1]),
-        jac=True,
-        method="L-BFGS-B",
-        options={"gtol": tolerance, "ftol": 0.0, "maxiter": max_iterations},
-    )
-    weights = answer.x.reshape(shape)
+    weights = ridge_ascend(objective, np.zeros(shape[0] * shape[1]), config).reshape(shape)
     score = (inputs @ weights)[model.pair_state, model.pair_action]
     return model.table(model.groups.log_softmax(score)), weights
 

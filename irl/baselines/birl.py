@@ -9,13 +9,14 @@ not where it is random, but where its probabilities differ from one likely rewar
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from irl.baselines.differentiable_planning import Planner
 from irl.baselines.features import state_features
 from irl.baselines.mcmc import crank_nicolson, effective_sample_size, split_r_hat
-from irl.choices import check_range
+from irl.choices import Limits, Settings, check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
 from irl.likelihood import LikelihoodProblem
@@ -24,37 +25,23 @@ from irl.queries import candidate_states
 
 
 @dataclass(frozen=True)
-class SamplingConfig:
+class SamplingConfig(Settings):
     """How to draw from the posterior."""
 
-    beta: float = 10.0
+    beta: Annotated[float, Limits(0, open_low=True)] = 10.0
     """Inverse temperature of the demonstrator, in 1 / unit of reward."""
-    prior_scale: float = 1.0
+    prior_scale: Annotated[float, Limits(0, open_low=True)] = 1.0
     """Standard deviation of every ω_k beforehand, in the reward's unit."""
-    chains: int = 4
-    """Independent chains, at least 2, or nothing tells whether they agree."""
-    burn_in: int = 500
+    chains: Annotated[int, Limits(2)] = 4
+    """Independent chains; with fewer than 2, nothing tells whether they agree."""
+    burn_in: Annotated[int, Limits(0)] = 500
     """Proposals a chain in which its step adapts, which are forgotten."""
-    samples: int = 200
-    """Rewards a chain that are kept, at least 4."""
-    thin: int = 5
+    samples: Annotated[int, Limits(4)] = 200
+    """Rewards a chain that are kept."""
+    thin: Annotated[int, Limits(1)] = 5
     """Proposals for each reward kept."""
-    bins: int = 10
+    bins: Annotated[int, Limits(2)] = 10
     """Intervals of the probabilities in ``Posterior.query_entropy``."""
-
-    def __post_init__(self) -> None:
-        """Refuse values outside their range.
-
-        Raises:
-            InputError: naming the field and what it may be.
-        """
-        check_range("beta", self.beta, 0, open_low=True)
-        check_range("prior_scale", self.prior_scale, 0, open_low=True)
-        check_range("chains", self.chains, 2)
-        check_range("burn_in", self.burn_in, 0)
-        check_range("samples", self.samples, 4)
-        check_range("thin", self.thin, 1)
-        check_range("bins", self.bins, 2)
 
 
 @dataclass(frozen=True)

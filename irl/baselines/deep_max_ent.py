@@ -6,17 +6,34 @@ and expected state visits, see ``irl.baselines.max_ent``, carried back through t
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import torch
 
 from irl.baselines.max_ent import FeatureMatching
-from irl.choices import check_range
+from irl.choices import Limits, Settings, check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.optimizers import Adam
 from irl.vr_function import Evaluation, VRFunction, torch_generator
+
+
+@dataclass(frozen=True)
+class DeepMaxEntConfig(Settings):
+    """The reward network, and how it is trained."""
+
+    hidden: tuple[int, ...] = (32, 32)
+    """Widths of the hidden layers."""
+    r_max: Annotated[float, Limits(0, open_low=True)] = 10.0
+    """Largest |R(s)|, in units of the demonstrator's temperature."""
+    iterations: Annotated[int, Limits(0)] = 300
+    """Steps to take."""
+    step: Annotated[float, Limits(0, open_low=True)] = 0.01
+    """Adam's first step, which decays linearly to 0."""
+    weight_decay: Annotated[float, Limits(0)] = 0.0
+    """Shrinkage of the weights per unit of step."""
 
 
 def deep_max_ent(
@@ -25,11 +42,7 @@ def deep_max_ent(
     features: np.ndarray,
     *,
     rng: np.random.Generator,
-    hidden: tuple[int, ...] = (32, 32),
-    r_max: float = 10.0,
-    iterations: int = 300,
-    step: float = 0.01,
-    weight_decay: float = 0.0,
+    config: DeepMaxEntConfig | None = None,
 ) -> tuple[np.ndarray, VRFunction]:
     """Train a reward network by Adam, the step decaying linearly to 0.
 
@@ -38,26 +51,20 @@ def deep_max_ent(
         demonstrations: trajectories without gaps; one pair alone is a trajectory of one move.
         features: the network's input, ``[n_states, d]``, best of a size near 1.
         rng: draws the initial weights.
-        hidden: widths of the hidden layers.
-        r_max: largest |R(s)|, above 0, in units of the demonstrator's temperature.
-        iterations: steps to take, from 0.
-        step: Adam's first step, above 0.
-        weight_decay: shrinkage of the weights per unit of step, from 0.
+        config: the network, and how it is trained.
 
     Returns:
         R ``[n_states]``, earned on entering a state, and the network, whose output is R / r_max.
 
     Raises:
-        InputError: as ``FeatureMatching.build``, or if a number is out of range.
+        InputError: as ``FeatureMatching.build``, or if there are no features.
     """
-    check_range("iterations", iterations, 0)
-    check_range("step", step, 0.0, open_low=True)
-    check_range("weight_decay", weight_decay, 0.0)
-    problem = RewardNetwork.build(model, demonstrations, features, hidden, r_max, rng)
-    ascent = Adam(problem.network.parameters, weight_decay)
-    for k in range(iterations):
+    config = config or DeepMaxEntConfig()
+    problem = RewardNetwork.build(model, demonstrations, features, config.hidden, config.r_max, rng)
+    ascent = Adam(problem.network.parameters, config.weight_decay)
+    for k in range(config.iterations):
         _, gradient = problem.value_and_gradient()
-        ascent.step(gradient, step * (1 - k / iterations))
+        ascent.step(gradient, config.step * (1 - k / config.iterations))
     return problem.reward(), problem.network
 
 

@@ -7,14 +7,31 @@ The gradient follows the greedy policy: see ``irl.baselines.differentiable_plann
 policy is not unique, f has a kink and this is one of its subgradients.
 """
 
+from dataclasses import dataclass
+from typing import Annotated
+
 import numpy as np
 
-from irl.baselines.ascent import Callback, ascend
-from irl.baselines.differentiable_planning import HardMax
+from irl.baselines.ascent import AscentConfig, Callback
+from irl.baselines.differentiable_planning import HardMax, Maximum
 from irl.baselines.features import state_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
+from irl.choices import Limits
 from irl.demonstrations import Demonstrations
 from irl.mdp import TransitionModel
+
+
+@dataclass(frozen=True)
+class MlirlConfig(AscentConfig):
+    """How to climb the likelihood of Boltzmann choices."""
+
+    beta: Annotated[float, Limits(0, open_low=True)] = 1.0
+    """Inverse temperature β of the demonstrator, in 1 / unit of reward."""
+
+    @property
+    def maximum(self) -> Maximum:
+        """What a state is worth, of its actions' values."""
+        return HardMax()
 
 
 def linear_mlirl(
@@ -23,24 +40,20 @@ def linear_mlirl(
     features: np.ndarray | None = None,
     *,
     gamma: float,
-    beta: float = 1.0,
-    tolerance: float = 1e-4,
-    max_iterations: int = 200,
+    config: MlirlConfig | None = None,
     callback: Callback | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Climb (3.14) from ω = 0; the rate α doubles after a gain and halves without one.
 
-    Flawless demonstrations have no likeliest ω: the longer the ascent, the larger ω. Then
-    ``tolerance`` decides how far it goes.
+    Flawless demonstrations have no likeliest ω: the longer the ascent, the larger ω. Then the
+    tolerance decides how far it goes.
 
     Args:
         model: the transition model.
         demonstrations: labelled pairs, in any order.
         features: Φ, ``[n_states, d]``; one indicator per state if absent.
         gamma: discount factor in [0, 1).
-        beta: inverse temperature β, above 0.
-        tolerance: largest gradient entry at which the ascent ends.
-        max_iterations: the ascent ends after so many evaluations in any case.
+        config: β, when the ascent ends, and in ``irl.baselines.bellman_gradient`` the maximum.
         callback: follows the ascent.
 
     Returns:
@@ -51,16 +64,6 @@ def linear_mlirl(
             or the features are not finite or have a wrong shape.
     """
     phi = state_features(model, features)
-    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, HardMax(), beta)
-
-    def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
-        return likelihood.in_weights(phi, weights)
-
-    answer = ascend(
-        objective,
-        np.zeros(phi.shape[1]),
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        callback=callback,
-    )
-    return phi @ answer.x, answer.x
+    config = config or MlirlConfig()
+    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, config.maximum, config.beta)
+    return likelihood.climb(phi, config, callback)

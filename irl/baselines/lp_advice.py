@@ -14,16 +14,36 @@ A level t_j between preferred and avoided actions, Q(j, a) ≥ t_j + ζ_j + δ_j
 says the same in |Pref| + |Av| rows instead of |Pref| · |Av|.
 """
 
+from dataclasses import dataclass
+from typing import Annotated
+
 import numpy as np
 from scipy import sparse
 
 from irl.advice import Advice
 from irl.baselines.linear_programming import RewardProgram, leads
-from irl.choices import check_range
+from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix, value_iteration
+
+
+@dataclass(frozen=True, eq=False)
+class TrustConfig(Settings):
+    """How far demonstrations and advice are trusted, and the program's limits."""
+
+    demonstration_trust: Annotated[float, Limits(0)] = 1.0
+    """λ_d."""
+    advice_trust: Annotated[float, Limits(0)] = 1.0
+    """λ_a."""
+    hardness: np.ndarray | float = 0.0
+    """δ, one number or ``[n_states]``, in units of Q: above 0 a margin that must be met, below 0 a
+    violation that is allowed."""
+    r_max: Annotated[float, Limits(0, open_low=True)] = 1.0
+    """Largest |R(s)|, in the reward's unit."""
+    rounds: Annotated[int, Limits(1)] = 10
+    """Most programs to solve."""
 
 
 def lp_advice(
@@ -32,11 +52,7 @@ def lp_advice(
     advice: Advice,
     *,
     gamma: float,
-    demonstration_trust: float = 1.0,
-    advice_trust: float = 1.0,
-    hardness: np.ndarray | float = 0.0,
-    r_max: float = 1.0,
-    rounds: int = 10,
+    config: TrustConfig | None = None,
 ) -> np.ndarray:
     """Find a reward that explains the demonstrations and heeds the advice (3.9).
 
@@ -53,12 +69,7 @@ def lp_advice(
         demonstrations: labelled pairs, of which one a state is used; may be empty.
         advice: preferred and avoided actions.
         gamma: discount factor in [0, 1).
-        demonstration_trust: λ_d, from 0.
-        advice_trust: λ_a, from 0.
-        hardness: δ, one number or ``[n_states]``, in units of Q: above 0 a margin that must be
-            met, below 0 a violation that is allowed.
-        r_max: largest |R(s)|, above 0, in the reward's unit.
-        rounds: most programs to solve, at least 1.
+        config: how far either is trusted, and the program's limits.
 
     Returns:
         R, float64 ``[n_states]``, earned on entering a state.
@@ -68,13 +79,11 @@ def lp_advice(
             or no reward within ±r_max meets the advice by δ.
         RuntimeError: if the solver stops without an optimum.
     """
-    check_range("demonstration_trust", demonstration_trust, 0.0)
-    check_range("advice_trust", advice_trust, 0.0)
-    check_range("rounds", rounds, 1)
+    config = config or TrustConfig()
     shape = model.n_states, model.n_actions
     if advice.preferred.shape != shape or advice.avoided.shape != shape:
         raise InputError(f"advice: tables {list(shape)} wanted, got {list(advice.preferred.shape)}")
-    hardness = np.asarray(hardness, dtype=np.float64)
+    hardness = np.asarray(config.hardness, dtype=np.float64)
     if hardness.shape not in ((), (model.n_states,)) or not np.isfinite(hardness).all():
         raise InputError(f"hardness: one finite number or [{model.n_states}] of them wanted")
     demonstrations.check(model, "demonstrations")
@@ -95,9 +104,9 @@ def lp_advice(
     lower = np.concatenate([np.full(n_demonstrated + n_advised, -np.inf), np.zeros(n_advised)])
     weight = np.concatenate(
         [
-            np.full(n_demonstrated, demonstration_trust),
+            np.full(n_demonstrated, config.demonstration_trust),
             np.zeros(n_advised),
-            np.full(n_advised, advice_trust),
+            np.full(n_advised, config.advice_trust),
         ]
     )
     least = np.concatenate([np.zeros(state.size), least])
@@ -105,9 +114,9 @@ def lp_advice(
     contradicted = (shown >= 0) & advice.avoided[np.arange(model.n_states), shown]
     kept = np.where(contradicted, -1, shown)
     policy = _even_choice(model, kept, advice)
-    for _ in range(rounds):
+    for _ in range(config.rounds):
         program = RewardProgram(
-            transition_matrix(model, policy), gamma, r_max, rows, extra, lower, least
+            transition_matrix(model, policy), gamma, config.r_max, rows, extra, lower, least
         )
         R, _ = program.maximise(program.objective(1.0, weight))
         _, Q = value_iteration(model, R, gamma)

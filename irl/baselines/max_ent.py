@@ -11,11 +11,10 @@ On models without chance the objective is the mean log-likelihood of the traject
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
+from irl.baselines.ascent import RidgeConfig, ridge_ascend
 from irl.baselines.features import Features, state_features
 from irl.baselines.soft_walks import SoftWalks
-from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -26,9 +25,7 @@ def max_ent(
     demonstrations: Demonstrations,
     features: np.ndarray | None = None,
     *,
-    l2: float = 1e-3,
-    tolerance: float = 1e-6,
-    max_iterations: int = 1000,
+    config: RidgeConfig | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the reward whose soft walks enter the states that the demonstrations enter.
 
@@ -36,32 +33,18 @@ def max_ent(
         model: the transition model.
         demonstrations: trajectories without gaps; one pair alone is a trajectory of one move.
         features: Φ, ``[n_states, d]``; one indicator per state if absent.
-        l2: price of |ω|² / 2, from 0. Above 0 the solution is unique and finite, which flawless
-            demonstrations would else push to infinity.
-        tolerance: largest gradient entry at which the ascent ends.
-        max_iterations: the ascent ends there in any case.
+        config: the price of |ω|² / 2, and when the ascent ends.
 
     Returns:
         R ``[n_states]``, in units of the demonstrator's temperature, and ω ``[d]``.
 
     Raises:
-        InputError: as ``FeatureMatching.build``, or if ``l2`` is below 0.
+        InputError: as ``FeatureMatching.build``.
     """
-    check_range("l2", l2, 0.0)
     problem = FeatureMatching.build(model, demonstrations, features)
-
-    def loss(weights: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = problem.value_and_gradient(weights)
-        return l2 / 2 * (weights @ weights) - value, l2 * weights - gradient
-
-    answer = minimize(
-        loss,
-        np.zeros(problem.features.shape[1]),
-        jac=True,
-        method="L-BFGS-B",
-        options={"gtol": tolerance, "ftol": 0.0, "maxiter": max_iterations},
-    )
-    return problem.features @ answer.x, answer.x
+    start = np.zeros(problem.features.shape[1])
+    weights = ridge_ascend(problem.value_and_gradient, start, config or RidgeConfig())
+    return problem.features @ weights, weights
 
 
 @dataclass(frozen=True)

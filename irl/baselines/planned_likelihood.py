@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irl.baselines.ascent import AscentConfig, Callback, ascend
 from irl.baselines.differentiable_planning import Maximum, Planner, PNorm
 from irl.baselines.features import Features
 from irl.choices import check_range
@@ -67,6 +68,18 @@ class PlannedLikelihood:
         """The same for R = Φ ω (3.10): the value, and its gradient in ω ``[d]``."""
         value, gradient = self.value_and_gradient(features @ weights)
         return value, features.T @ gradient
+
+    def climb(
+        self, features: Features, config: AscentConfig, callback: Callback | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Climb (3.14) from ω = 0; R = Φ ω ``[n_states]`` and ω ``[d]``."""
+        answer = ascend(
+            lambda weights: self.in_weights(features, weights),
+            np.zeros(features.shape[1]),
+            config,
+            callback,
+        )
+        return features @ answer.x, answer.x
 
     def of_values(self, f: np.ndarray) -> tuple[float, np.ndarray]:
         """Mean log-likelihood at f ``[n_states]``, and its gradient in f, ``[n_states]``."""

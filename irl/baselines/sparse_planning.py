@@ -10,15 +10,29 @@ The gradient is that of the fixed point itself, by one linear system (see
 ``irl.baselines.differentiable_planning``), and the ascent is proximal.
 """
 
+from dataclasses import dataclass
+from typing import Annotated
+
 import numpy as np
 
-from irl.baselines.ascent import Callback, proximal_ascend
+from irl.baselines.ascent import AscentConfig, Callback, sparse_ascend
 from irl.baselines.differentiable_planning import SoftMax
 from irl.baselines.features import state_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
-from irl.choices import check_range
+from irl.choices import Limits
 from irl.demonstrations import Demonstrations
 from irl.mdp import TransitionModel
+
+
+@dataclass(frozen=True)
+class SparseConfig(AscentConfig):
+    """What a reward costs, and when the ascent ends."""
+
+    tolerance: Annotated[float, Limits(0)] = 1e-5
+    max_iterations: Annotated[int, Limits(0)] = 300
+    sparsity: Annotated[float, Limits(0, 1)] = 0.05
+    """Price of Σ |ω| as a share of the price above which ω = 0 would be best, from 0, which is
+    free, to 1. Flawless demonstrations have no likeliest ω without a price."""
 
 
 def sparse_planning(
@@ -27,9 +41,7 @@ def sparse_planning(
     features: np.ndarray | None = None,
     *,
     gamma: float,
-    sparsity: float = 0.05,
-    tolerance: float = 1e-5,
-    max_iterations: int = 300,
+    config: SparseConfig | None = None,
     callback: Callback | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the sparse reward under which soft planning best explains the demonstrations.
@@ -39,10 +51,7 @@ def sparse_planning(
         demonstrations: labelled pairs, in any order.
         features: Φ of R = Φ ω (3.10), ``[n_states, d]``; one indicator per state if absent.
         gamma: discount factor in [0, 1).
-        sparsity: price of Σ |ω| as a share of the price above which ω = 0 would be best, from 0,
-            which is free, to 1. Flawless demonstrations have no likeliest ω without a price.
-        tolerance: the ascent ends where a unit step would move no weight by more.
-        max_iterations: the ascent ends after so many evaluations in any case.
+        config: the price of rewards, and when the ascent ends.
         callback: follows the ascent.
 
     Returns:
@@ -53,21 +62,12 @@ def sparse_planning(
         InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
             or the features are not finite or have a wrong shape.
     """
-    check_range("sparsity", sparsity, 0.0, 1.0)
+    config = config or SparseConfig()
     phi = state_features(model, features)
     likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), beta=1.0)
 
     def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
         return likelihood.in_weights(phi, weights)
 
-    start = np.zeros(phi.shape[1])
-    l1 = sparsity * np.abs(objective(start)[1]).max()
-    answer = proximal_ascend(
-        objective,
-        start,
-        l1,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        callback=callback,
-    )
+    answer, _ = sparse_ascend(objective, np.zeros(phi.shape[1]), config.sparsity, config, callback)
     return phi @ answer.x, answer.x

@@ -1,6 +1,9 @@
+from dataclasses import dataclass
+from typing import Annotated
+
 import pytest
 
-from irl.choices import check_choice, check_range
+from irl.choices import Limits, Settings, check_choice, check_range
 from irl.errors import InputError, first_line
 
 
@@ -36,3 +39,29 @@ def test_ends_belong_to_a_range_unless_they_are_open():
 def test_of_a_foreign_error_one_line_is_shown():
     assert first_line(ValueError("bad\nworse")) == "bad"
     assert first_line(EOFError()) == "EOFError"
+
+
+@dataclass(frozen=True)
+class Base(Settings):
+    rate: Annotated[float, Limits(0, 1, open_high=True)] = 0.5
+    name: str = "any"
+
+
+@dataclass(frozen=True)
+class Further(Base):
+    rate: Annotated[float, Limits(0)] = 0.2
+    count: Annotated[int, Limits(1)] = 3
+
+
+def test_settings_hold_every_field_to_its_limits():
+    assert Base(rate=0.0).rate == 0
+    with pytest.raises(InputError, match="rate: must be ≥ 0 and < 1, is 1"):
+        Base(rate=1)
+    with pytest.raises(InputError, match="count: must be ≥ 1, is 0"):
+        Further(count=0)
+
+
+def test_a_field_told_anew_has_its_new_limits():
+    assert Further(rate=7.0).rate == 7
+    with pytest.raises(InputError, match="rate"):
+        Further(rate=-7.0)

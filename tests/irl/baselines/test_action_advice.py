@@ -4,12 +4,13 @@ from scipy.optimize import approx_fprime
 
 from irl.advice import Advice
 from irl.baselines.action_advice import (
+    AdviceConfig,
     AdviceLikelihood,
     cluster_uncertainty,
     learn,
     uncertainty,
 )
-from irl.baselines.sparse_planning import sparse_planning
+from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.demonstrations import Demonstrations
 from irl.domains.gridworld import DOWN, RIGHT, UP, GridWorld
 from irl.errors import InputError
@@ -55,8 +56,10 @@ def test_avoided_actions_become_unlikely(fork):
 
 def test_without_advice_it_is_sparse_planning(fork):
     grid, shown = fork
-    reward, _ = sparse_planning(grid.model, shown, gamma=0.9, tolerance=1e-7)
-    result = learn(grid.model, shown, nothing(grid.model), gamma=0.9, tolerance=1e-7)
+    reward, _ = sparse_planning(grid.model, shown, gamma=0.9, config=SparseConfig(tolerance=1e-7))
+    result = learn(
+        grid.model, shown, nothing(grid.model), gamma=0.9, config=AdviceConfig(tolerance=1e-7)
+    )
     np.testing.assert_allclose(result.reward, reward, atol=1e-3)
 
 
@@ -120,7 +123,7 @@ def test_bad_arguments_are_named(chain):
     with pytest.raises(InputError, match="at least one"):
         learn(chain, Demonstrations.empty(), nothing(chain), gamma=0.9)
     with pytest.raises(InputError, match="advice_weight"):
-        learn(chain, walk, nothing(chain), gamma=0.9, advice_weight=-1.0)
+        AdviceConfig(advice_weight=-1.0)
     with pytest.raises(InputError, match="advice"):
         learn(chain, walk, Advice.none(5, 2), gamma=0.9)
     with pytest.raises(InputError, match="demonstration_weight"):

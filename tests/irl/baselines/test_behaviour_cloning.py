@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
+from irl.baselines.ascent import RidgeConfig
 from irl.baselines.behaviour_cloning import behaviour_cloning, value_and_gradient
 from irl.demonstrations import Demonstrations
 from irl.domains.gridworld import ACTIONS
@@ -28,7 +29,7 @@ def test_gradient_agrees_with_finite_differences(stochastic, seed):
 
 def test_choices_have_their_frequencies(chain):
     choices = Demonstrations.from_pairs([(0, 0), (0, 1), (2, 1), (0, 1), (0, 1)])
-    log_pi, _ = behaviour_cloning(chain, choices, l2=1e-7)
+    log_pi, _ = behaviour_cloning(chain, choices, config=RidgeConfig(l2=1e-7))
     np.testing.assert_allclose(np.exp(log_pi[0]), [1 / 4, 3 / 4], atol=1e-4)
     assert np.exp(log_pi[2, 1]) > 0.99
     assert np.isneginf(log_pi[3]).all()
@@ -78,6 +79,6 @@ def test_bad_arguments_are_named(chain):
     with pytest.raises(InputError, match="infeasible"):
         behaviour_cloning(chain, Demonstrations.from_pairs([(3, 1)]))
     with pytest.raises(InputError, match="l2"):
-        behaviour_cloning(chain, walk, l2=0.0)
+        behaviour_cloning(chain, walk, config=RidgeConfig(l2=0.0))
     with pytest.raises(InputError, match="features"):
         behaviour_cloning(chain, walk, np.zeros((3, 2)))

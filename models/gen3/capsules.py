@@ -27,7 +27,7 @@ from models.scenes.planning_scene import PlanningScene
 
 FREE, DOUBTFUL, SELF, FURNITURE = 0, 1, 2, 3
 """Verdicts: free; only the exact query can tell; certain collisions, by what the robot meets."""
-HAND = 7
+HAND_LINK = 7
 """The link that carries bracelet, gripper and what the gripper holds."""
 
 _SLACK = 1e-5  # on both sides of the margin, for Drake's iterative distances [m]
@@ -110,7 +110,7 @@ def capsules_of(scene: PlanningScene) -> Capsules:
             boxes.append((X_BS.translation() - extent, X_BS.translation() + extent))
         elif body.model_instance() != scene.cube.model_instance():
             names = [link.index() for link in links]
-            link = names.index(body.index()) if body.index() in names else HAND
+            link = names.index(body.index()) if body.index() in names else HAND_LINK
             X_LS: RigidTransform = links[link].EvalPoseInWorld(context).InvertAndCompose(X_WS)
             half, radius, exact = enclose(shape)
             index[geometry] = -1 - len(robot)
@@ -181,7 +181,7 @@ def check(
     result = FREE
     for i in range(len(capsules.against)):
         a, box = capsules.against[i, 0], capsules.against[i, 1]
-        if not hand and capsules.link[a] == HAND:
+        if not hand and capsules.link[a] == HAND_LINK:
             continue
         limit = margin + capsules.radius[a]
         squared = _to_box(start[a], end[a], capsules.low[box], capsules.high[box], limit + _SLACK)

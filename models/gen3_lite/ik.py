@@ -1,8 +1,8 @@
 """The Gen3 Lite's inverse kinematics: all real solutions of a pose, up to 16, in two stages.
 
 As the thesis does (A.2): a polynomial in one unknown gives every solution of the arm with right
-angles (`gen3_lite_polynomial`), and a numerical stage removes what is left of the error
-(`gen3_lite_chain`). Left are the description's right angles, rounded to 1.5708, and the rounding
+angles (`polynomial`), and a numerical stage removes what is left of the error
+(`chain`). Left are the description's right angles, rounded to 1.5708, and the rounding
 of multiple roots. Where solutions merge, within about 1e-3 rad, one of them may be missing.
 """
 

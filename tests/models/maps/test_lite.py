@@ -14,7 +14,7 @@ from models.maps.lite import LiteScene, _entry, build, numerical
 from models.maps.lite_csv import COLUMNS, read_map, write_map
 from models.scenes.planning_scene import MARGIN, Clearance, PlanningScene
 from models.scenes.robots import GEN3_LITE
-from models.task.spaces import N_TARGETS, POSITIONS
+from models.task.spaces import N_GRIPPERS, POSITIONS
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def scene():
 
 def test_every_cell_pose_is_there_once(entries):
     keys = {(*entry.p_WG.tolist(), entry.gripper) for entry in entries}
-    assert keys == {(*p.tolist(), g) for p in POSITIONS for g in range(N_TARGETS)}
+    assert keys == {(*p.tolist(), g) for p in POSITIONS for g in range(N_GRIPPERS)}
     assert len(entries) == len(keys) == 324
 
 

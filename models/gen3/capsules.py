@@ -67,7 +67,7 @@ def enclose(shape: Shape) -> tuple[Array, float, bool]:
     """The capsule about a shape: half its axis ``[3]`` [m], its radius [m], whether it is exact.
 
     Raises:
-        ModelError: if the shape is none of capsule, cylinder and box.
+        ModelError: if the shape is not a capsule, cylinder or box.
     """
     if isinstance(shape, Capsule):
         return np.array([0.0, 0.0, shape.length() / 2]), shape.radius(), True
@@ -86,7 +86,7 @@ def capsules_of(scene: PlanningScene) -> Capsules:
     The cube as an obstacle is left out: it moves.
 
     Raises:
-        ModelError: if a shape is no capsule, cylinder or box, or a piece of furniture is turned.
+        ModelError: if a shape is not a capsule, cylinder or box, or a piece of furniture is turned.
     """
     plant, inspector, context = scene.plant, scene.inspector, scene.context
     arm = plant.GetModelInstanceByName(ARM)

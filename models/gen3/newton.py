@@ -89,7 +89,7 @@ def _quick_step(J: Array, X: Array, step: Array, lever: Array) -> bool:
         lever[0, i] = J[1, i] * z - J[2, i] * y
         lever[1, i] = J[2, i] * x - J[0, i] * z
         lever[2, i] = J[0, i] * y - J[1, i] * x
-    # What the rotation wanted moves of the hand is no error of the wrist's.
+    # How far the wanted rotation moves the hand does not count as an error of the wrist.
     x = step[3] - HAND_LENGTH * (step[1] * X[2, 2] - step[2] * X[1, 2])
     y = step[4] - HAND_LENGTH * (step[2] * X[0, 2] - step[0] * X[2, 2])
     z = step[5] - HAND_LENGTH * (step[0] * X[1, 2] - step[1] * X[0, 2])

@@ -53,7 +53,7 @@ def solve(R_BE: ArrayLike, p_BE: ArrayLike) -> Array:
         Joint angles ``[k, 6]`` [rad], 0 ≤ k ≤ 16, within [−π, π), met within 1e-11 m and rad.
 
     Raises:
-        ModelError: if a shape is another, a value not finite, or ``R_BE`` no rotation.
+        ModelError: if a shape is another, a value is not finite, or ``R_BE`` is not a rotation.
     """
     q = solve_batch(np.asarray(R_BE)[None], np.asarray(p_BE)[None]).q[0]
     return q[~np.isnan(q[:, 0])]
@@ -67,7 +67,7 @@ def solve_batch(R_BE: ArrayLike, p_BE: ArrayLike) -> Solutions:
         p_BE: its positions ``[n, 3]`` [m].
 
     Raises:
-        ModelError: if a shape is another, a value not finite, or a matrix no rotation.
+        ModelError: if a shape is another, a value is not finite, or a matrix is not a rotation.
     """
     R, p = require_rotation(R_BE), np.asarray(p_BE, dtype=np.float64)
     if R.ndim != 3 or p.shape != (len(R), 3):

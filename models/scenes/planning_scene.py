@@ -74,7 +74,7 @@ class PlanningScene:
         self._query_port = self.plant.get_geometry_query_input_port()
         fixed = [self.cube, *self.plant.GetBodiesWeldedTo(self.plant.world_body())]
         self._fixed = {body.index() for body in fixed}
-        # Where the cube lies is no concern of the robot's.
+        # Where the cube lies does not concern the robot.
         standing = self.plant.CollectRegisteredGeometries(fixed)
         self._filter.Apply(CollisionFilterDeclaration().ExcludeWithin(standing))
         welded = self.plant.GetBodiesWeldedTo(self._tcp.body())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.dh import GEN3_DH, GEN3_LITE_DH, forward_kinematics, joint_offsets, joint_rotations
+from models.dh import GEN3_DH, GEN3_LITE_DH, forward_kinematics, joint_frames
 from models.errors import ModelError
 
 # Origins (metres) and turns (degrees, fixed axes) of each joint in its parent, from the
@@ -76,8 +76,8 @@ def test_batches_are_elementwise():
     assert R_BE.shape == (2, 3, 3, 3) and p_BE.shape == (2, 3, 3)
     np.testing.assert_allclose(R_BE[1, 2], R_one, atol=1e-15)
     np.testing.assert_allclose(p_BE[1, 2], p_one, atol=1e-15)
-    assert joint_rotations(GEN3_DH, q).shape == (2, 3, 7, 3, 3)
-    assert joint_offsets(GEN3_LITE_DH, q[..., :6]).shape == (2, 3, 6, 3)
+    Q, k = joint_frames(GEN3_LITE_DH, q[..., :6])
+    assert Q.shape == (2, 3, 6, 3, 3) and k.shape == (2, 3, 6, 3)
 
 
 @pytest.mark.parametrize("q", [np.zeros(6), 0.0, np.zeros((7, 1))])

@@ -202,7 +202,7 @@ def test_nearest_winds_the_endless_joints():
         (np.eye(3)[None], np.zeros((1, 3)), np.float64(0.0), r"wanted \[n, 3, 3\]"),
         (np.eye(3)[None], np.full((1, 3), np.nan), np.zeros(1), "not finite"),
         (np.eye(3)[None], np.zeros((1, 3)), np.array([np.inf]), "not finite"),
-        (2.0 * np.eye(3)[None], np.zeros((1, 3)), np.zeros(1), "no rotation"),
+        (2.0 * np.eye(3)[None], np.zeros((1, 3)), np.zeros(1), "not a rotation"),
     ],
 )
 def test_what_is_no_pose_is_refused(R, p, q3, message):

@@ -1,8 +1,4 @@
-"""The Gen3 Lite's description: joints, limits, kinematics, hand, and that Drake opens it."""
-
-import os
-import subprocess
-import sys
+"""The Gen3 Lite's description: joints, limits, kinematics and hand."""
 
 import numpy as np
 import pytest
@@ -14,7 +10,6 @@ from models import dh
 from models.gen3_lite import chain
 from models.scenes.description_files import (
     DESCRIPTION,
-    PACKAGE,
     STATION_FILES,
     add_models,
     description_hash,
@@ -141,18 +136,3 @@ def test_the_gen3s_files_are_untouched():
     assert not set(STATION_FILES) - {p.name for p in DESCRIPTION.iterdir()}
     assert not any("lite" in name for name in STATION_FILES)
     assert description_hash(GEN3_LITE.files) != description_hash()
-
-
-def test_drakes_model_visualizer_opens_the_robot():
-    shown = subprocess.run(
-        [
-            *(sys.executable, "-m", "pydrake.visualization.model_visualizer", "--loop_once"),
-            f"{PACKAGE}/gen3_lite.dmd.yaml",
-        ],
-        env={**os.environ, "ROS_PACKAGE_PATH": str(DESCRIPTION.parent)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert shown.returncode == 0, shown.stderr
-    assert "arning" not in shown.stderr

@@ -13,7 +13,7 @@ from models.maps.reachability_csv import read_map
 from models.motion.planner import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Infeasible, Move
 from models.motion.timing import ACCELERATION_LIMIT, SCALE, time_path
 from models.scenes.gripper import MAX_OPENING
-from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
+from models.scenes.planning_scene import HOME, MARGIN
 from models.task.spaces import CUBE_EDGE, HORIZONTAL, POSITIONS, TILTED, VERTICAL, Action, Kind
 
 MAP = Path(__file__).parents[3] / "experiments" / "data" / "gen3" / "map.csv"
@@ -26,16 +26,6 @@ CELL = 8
 @pytest.fixture(scope="module")
 def planner():
     return ActionPlanner(read_map(MAP))
-
-
-@pytest.fixture(scope="module")
-def empty():
-    return PlanningScene()
-
-
-@pytest.fixture(scope="module")
-def carrying():
-    return PlanningScene(carrying=True)
 
 
 def fine(waypoints):

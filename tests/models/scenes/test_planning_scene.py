@@ -11,16 +11,6 @@ from models.task.spaces import GRIPPER_NAMES, R_WG
 BASE_HEIGHT, TOOL = 0.5, 0.1425
 
 
-@pytest.fixture(scope="module")
-def empty():
-    return PlanningScene()
-
-
-@pytest.fixture(scope="module")
-def carrying():
-    return PlanningScene(carrying=True)
-
-
 def random_postures(scene, count, seed=0):
     low, high = np.maximum(scene.lower, -np.pi), np.minimum(scene.upper, np.pi)
     return np.random.default_rng(seed).uniform(low, high, (count, 7))

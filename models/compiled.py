@@ -16,7 +16,7 @@ from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 
 FAST: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
-"""Options for plain algebra: a division by zero is no error, and roundings may be fused."""
+"""Options for plain algebra: a division by zero is not an error, and roundings may be fused."""
 
 
 def compiled(**options: Any) -> Callable[[Callable], Dispatcher]:

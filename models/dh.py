@@ -44,7 +44,7 @@ class DHChain:
         return self.a.size
 
 
-GEN3 = DHChain(
+GEN3_DH = DHChain(
     name="gen3",
     a=np.zeros(7),
     b=np.array([-0.2848, -0.0118, -0.4208, -0.0128, -0.3143, 0.0, -0.1674]),
@@ -57,7 +57,7 @@ GEN3 = DHChain(
 )
 """Kinova Gen3, 7 joints (Tables 5.1, 5.2). The tool frame is the vendor's end effector."""
 
-GEN3_LITE = DHChain(
+GEN3_LITE_DH = DHChain(
     name="gen3_lite",
     a=np.array([0.0, 0.28, 0.0, 0.0, 0.0, 0.0]),
     # Table A.1 prints 0.2433, the vendor's 243.25 mm rounded.
@@ -74,17 +74,25 @@ The last offset, 0.235 m, includes a tool of 0.130 m along the vendor's end-effe
 """
 
 
-def joint_rotations(chain: DHChain, q: ArrayLike) -> Array:
-    """Q_i of every joint, thesis (5.1); ``[..., n, 3, 3]``.
+def joint_frames(chain: DHChain, q: ArrayLike) -> tuple[Array, Array]:
+    """Rotation and offset of every joint, thesis (5.1) and (5.2).
 
     Args:
         chain: the arm.
         q: joint angles ``[..., n]`` in radians.
 
+    Returns:
+        Q_i ``[..., n, 3, 3]`` and k_i ``[..., n, 3]`` in metres.
+
     Raises:
         ModelError: if the last dimension is not the arm's number of joints.
     """
-    theta = _theta(chain, q)
+    q = np.asarray(q, dtype=np.float64)
+    if q.ndim == 0 or q.shape[-1] != chain.n_joints:
+        raise ModelError(
+            f"joint angles have shape {list(q.shape)}; {chain.name} wants [..., {chain.n_joints}]"
+        )
+    theta = q + chain.theta_offset
     sin, cos = np.sin(theta), np.cos(theta)
     sin_alpha = np.broadcast_to(np.sin(chain.alpha), theta.shape)
     cos_alpha = np.broadcast_to(np.cos(chain.alpha), theta.shape)
@@ -93,22 +101,9 @@ def joint_rotations(chain: DHChain, q: ArrayLike) -> Array:
         [sin, cos_alpha * cos, -sin_alpha * cos],
         [np.zeros_like(sin), sin_alpha, cos_alpha],
     ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def joint_offsets(chain: DHChain, q: ArrayLike) -> Array:
-    """k_i of every joint, thesis (5.2), in metres; ``[..., n, 3]``.
-
-    Args:
-        chain: the arm.
-        q: joint angles ``[..., n]`` in radians.
-
-    Raises:
-        ModelError: if the last dimension is not the arm's number of joints.
-    """
-    theta = _theta(chain, q)
+    rotations = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
     b = np.broadcast_to(chain.b, theta.shape)
-    return np.stack([chain.a * np.cos(theta), chain.a * np.sin(theta), b], axis=-1)
+    return rotations, np.stack([chain.a * cos, chain.a * sin, b], axis=-1)
 
 
 def forward_kinematics(chain: DHChain, q: ArrayLike) -> tuple[Array, Array]:
@@ -126,19 +121,10 @@ def forward_kinematics(chain: DHChain, q: ArrayLike) -> tuple[Array, Array]:
     Raises:
         ModelError: if the last dimension is not the arm's number of joints.
     """
-    rotations, offsets = joint_rotations(chain, q), joint_offsets(chain, q)
+    rotations, offsets = joint_frames(chain, q)
     R_BE = np.broadcast_to(chain.R_B0, (*rotations.shape[:-3], 3, 3))
     p_BE = np.zeros((*offsets.shape[:-2], 3))
     for i in range(chain.n_joints):
         p_BE = p_BE + np.einsum("...ij,...j->...i", R_BE, offsets[..., i, :])
         R_BE = R_BE @ rotations[..., i, :, :]
     return R_BE, p_BE
-
-
-def _theta(chain: DHChain, q: ArrayLike) -> Array:
-    q = np.asarray(q, dtype=np.float64)
-    if q.ndim == 0 or q.shape[-1] != chain.n_joints:
-        raise ModelError(
-            f"joint angles have shape {list(q.shape)}; {chain.name} wants [..., {chain.n_joints}]"
-        )
-    return q + chain.theta_offset

@@ -60,7 +60,7 @@ def require_rotation(R: ArrayLike, name: str = "R") -> Array:
         first = np.unravel_index(int(np.argmax(bad)), bad.shape)
         where = "".join(f"[{i}]" for i in first)
         raise ModelError(
-            f"{name}{where} is no rotation: ‖RᵀR − I‖ = {defect[first]:.3g}, det = "
+            f"{name}{where} is not a rotation: ‖RᵀR − I‖ = {defect[first]:.3g}, det = "
             f"{determinant[first]:.3g}; wanted at most {ORTHONORMAL:g} and +1"
         )
     return R
@@ -75,31 +75,7 @@ def xyz_euler_to_matrix(angles: ArrayLike) -> Array:
     Raises:
         ModelError: if the shape is another or an angle is not finite.
     """
-    angles = _require_finite(angles, (3,), "X-Y-Z Euler angles")
-    return rotation_x(angles[..., 0]) @ rotation_y(angles[..., 1]) @ rotation_z(angles[..., 2])
-
-
-def matrix_to_xyz_euler(R: ArrayLike) -> Array:
-    """Canonical (α, β, γ) ``[..., 3]`` of ``R [..., 3, 3]``, the inverse of (5.5).
-
-    Raises:
-        ModelError: if a matrix is no rotation.
-    """
-    R = require_rotation(R)
-    cos_beta = np.hypot(R[..., 1, 2], R[..., 2, 2])
-    locked = cos_beta < ROUNDING
-    # At lock only α ± γ is defined: γ = 0 leaves R = Rx(α)·Ry(±π/2).
-    alpha = np.where(
-        locked,
-        np.arctan2(R[..., 2, 1], R[..., 1, 1]),
-        np.arctan2(-R[..., 1, 2], R[..., 2, 2]),
-    )
-    # arcsin loses half the digits near ±π/2; atan2 none.
-    beta = np.arctan2(R[..., 0, 2], cos_beta)
-    # The second row of Rx(α)ᵀR is (sin γ, cos γ, 0): γ makes up for whatever noise α has near lock.
-    row = np.cos(alpha)[..., None] * R[..., 1, :] + np.sin(alpha)[..., None] * R[..., 2, :]
-    gamma = np.where(locked, 0.0, np.arctan2(row[..., 0], row[..., 1]))
-    return np.stack([_one_turn(alpha), beta + 0.0, _one_turn(gamma)], axis=-1)
+    return _turned_about((0, 1, 2), angles, "X-Y-Z Euler angles")
 
 
 def zyx_euler_to_matrix(angles: ArrayLike) -> Array:
@@ -112,30 +88,28 @@ def zyx_euler_to_matrix(angles: ArrayLike) -> Array:
     Raises:
         ModelError: if the shape is another or an angle is not finite.
     """
-    angles = _require_finite(angles, (3,), "Z-Y-X Euler angles")
-    return rotation_z(angles[..., 0]) @ rotation_y(angles[..., 1]) @ rotation_x(angles[..., 2])
+    return _turned_about((2, 1, 0), angles, "Z-Y-X Euler angles")
+
+
+def matrix_to_xyz_euler(R: ArrayLike) -> Array:
+    """Canonical (α, β, γ) ``[..., 3]`` of ``R [..., 3, 3]``, the inverse of (5.5).
+
+    Raises:
+        ModelError: if a matrix is not a rotation.
+    """
+    return _canonical_euler(*_xyz_angles(require_rotation(R)))
 
 
 def matrix_to_zyx_euler(R: ArrayLike) -> Array:
     """Canonical (α, β, γ) ``[..., 3]`` about z, y, x of ``R [..., 3, 3]``, the inverse of (5.7).
 
     Raises:
-        ModelError: if a matrix is no rotation.
+        ModelError: if a matrix is not a rotation.
     """
-    # Rᵀ = Rx(−γ)·Ry(−β)·Rz(−α), but there the other angle is zero at lock: solve anew.
-    R = require_rotation(R)
-    cos_beta = np.hypot(R[..., 0, 0], R[..., 1, 0])
-    locked = cos_beta < ROUNDING
-    alpha = np.where(
-        locked,
-        np.arctan2(-R[..., 0, 1], R[..., 1, 1]),
-        np.arctan2(R[..., 1, 0], R[..., 0, 0]),
-    )
-    beta = np.arctan2(-R[..., 2, 0], cos_beta)
-    # The second row of Rz(α)ᵀR is (0, cos γ, −sin γ).
-    row = np.cos(alpha)[..., None] * R[..., 1, :] - np.sin(alpha)[..., None] * R[..., 0, :]
-    gamma = np.where(locked, 0.0, np.arctan2(-row[..., 2], row[..., 1]))
-    return np.stack([_one_turn(alpha), beta + 0.0, _one_turn(gamma)], axis=-1)
+    # Counting the axes backwards mirrors space, so every turn changes its sign:
+    # Rz(α)·Ry(β)·Rx(γ) becomes Rx(−α)·Ry(−β)·Rz(−γ).
+    alpha, beta, gamma = _xyz_angles(require_rotation(R)[..., ::-1, ::-1])
+    return _canonical_euler(-alpha, -beta, -gamma)
 
 
 def canonical_quaternion(quaternion: ArrayLike) -> Array:
@@ -173,7 +147,7 @@ def matrix_to_quaternion(R: ArrayLike) -> Array:
     """Canonical quaternion ``[..., 4]`` of ``R [..., 3, 3]``, the pseudocode of 5.7.3.
 
     Raises:
-        ModelError: if a matrix is no rotation.
+        ModelError: if a matrix is not a rotation.
     """
     R = require_rotation(R)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = np.moveaxis(R.reshape(*R.shape[:-2], 9), -1, 0)
@@ -220,7 +194,7 @@ def matrix_to_rotation_vector(R: ArrayLike) -> Array:
     divides by an α that may be zero.
 
     Raises:
-        ModelError: if a matrix is no rotation.
+        ModelError: if a matrix is not a rotation.
     """
     q = matrix_to_quaternion(R)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
@@ -255,6 +229,34 @@ def geodesic_angle(R1: ArrayLike, R2: ArrayLike) -> Array:
     return np.arctan2(
         np.linalg.norm(twice_sine_axis, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1.0
     )
+
+
+def _turned_about(axes: tuple[int, int, int], angles: ArrayLike, name: str) -> Array:
+    angles = _require_finite(angles, (3,), name)
+    first, second, third = (_about(axis, angles[..., i]) for i, axis in enumerate(axes))
+    return first @ second @ third
+
+
+def _xyz_angles(R: Array) -> tuple[Array, Array, Array]:
+    """Angles α, β, γ of R = Rx(α)·Ry(β)·Rz(γ), γ = 0 at lock, signs of zero and π left aside."""
+    cos_beta = np.hypot(R[..., 1, 2], R[..., 2, 2])
+    locked = cos_beta < ROUNDING
+    # At lock only α ± γ is defined: γ = 0 leaves R = Rx(α)·Ry(±π/2).
+    alpha = np.where(
+        locked,
+        np.arctan2(R[..., 2, 1], R[..., 1, 1]),
+        np.arctan2(-R[..., 1, 2], R[..., 2, 2]),
+    )
+    # arcsin loses half the digits near ±π/2; atan2 none.
+    beta = np.arctan2(R[..., 0, 2], cos_beta)
+    # The second row of Rx(α)ᵀR is (sin γ, cos γ, 0): γ makes up for whatever noise α has near lock.
+    row = np.cos(alpha)[..., None] * R[..., 1, :] + np.sin(alpha)[..., None] * R[..., 2, :]
+    gamma = np.where(locked, 0.0, np.arctan2(row[..., 0], row[..., 1]))
+    return alpha, beta, gamma
+
+
+def _canonical_euler(alpha: Array, beta: Array, gamma: Array) -> Array:
+    return np.stack([_one_turn(alpha), beta + 0.0, _one_turn(gamma)], axis=-1)
 
 
 def _about(axis: int, angle: ArrayLike) -> Array:

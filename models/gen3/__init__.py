@@ -1,4 +1,4 @@
-"""The Gen3's arithmetic, compiled: no plant, no scene, millions of postures a minute.
+"""The Gen3's arithmetic, compiled; it knows no scene but in `capsules`.
 
 `chain` is its exact forward kinematics. `closed_form` finds every posture that brings the end
 effector to a pose with a given third joint (`solve_branches`, and for many poses `solve_batch`):

@@ -14,7 +14,7 @@ in this; Newton's method on the exact chain accounts for them.
 import numpy as np
 
 from models.compiled import FAST, compiled
-from models.gen3.chain import HAND, LIMIT, Array, Y, Z
+from models.gen3.chain import HAND_LENGTH, LIMIT, Array, Y, Z
 from models.gen3.newton import BEYOND_LIMITS, MET, NOT_MET, Work, refine, wrap
 
 BRANCHES = 8
@@ -51,8 +51,8 @@ def wrist_in_reach(R: Array, p: Array) -> bool:
 
     The wrist's distance from the shoulder follows from q4 and, by 50 µm, from q3.
     """
-    x, y = p[0] - HAND * R[0, 2], p[1] - HAND * R[1, 2]
-    z = p[2] - HAND * R[2, 2] - _SHOULDER_HEIGHT
+    x, y = p[0] - HAND_LENGTH * R[0, 2], p[1] - HAND_LENGTH * R[1, 2]
+    z = p[2] - HAND_LENGTH * R[2, 2] - _SHOULDER_HEIGHT
     squared = x * x + y * y + z * z
     return _NEAREST**2 <= squared <= _FARTHEST**2
 
@@ -74,8 +74,8 @@ def solve_into(
     """
     q, M = work[0], work[1]
     # From here on in frame 0, the base turned over, where z points down.
-    wrist_x, wrist_y = p[0] - HAND * R[0, 2], HAND * R[1, 2] - p[1]
-    wrist_z = _SHOULDER_HEIGHT + HAND * R[2, 2] - p[2]
+    wrist_x, wrist_y = p[0] - HAND_LENGTH * R[0, 2], HAND_LENGTH * R[1, 2] - p[1]
+    wrist_z = _SHOULDER_HEIGHT + HAND_LENGTH * R[2, 2] - p[2]
     s3, c3 = np.sin(q3), np.cos(q3)
 
     C = wrist_x**2 + wrist_y**2 + wrist_z**2 - _SQUARES

@@ -27,7 +27,7 @@ from models.scenes.planning_scene import PlanningScene
 
 FREE, DOUBTFUL, SELF, FURNITURE = 0, 1, 2, 3
 """Verdicts: free; only the exact query can tell; certain collisions, by what the robot meets."""
-HAND = 7
+HAND_LINK = 7
 """The link that carries bracelet, gripper and what the gripper holds."""
 
 _SLACK = 1e-5  # on both sides of the margin, for Drake's iterative distances [m]
@@ -67,7 +67,7 @@ def enclose(shape: Shape) -> tuple[Array, float, bool]:
     """The capsule about a shape: half its axis ``[3]`` [m], its radius [m], whether it is exact.
 
     Raises:
-        ModelError: if the shape is none of capsule, cylinder and box.
+        ModelError: if the shape is not a capsule, cylinder or box.
     """
     if isinstance(shape, Capsule):
         return np.array([0.0, 0.0, shape.length() / 2]), shape.radius(), True
@@ -86,7 +86,7 @@ def capsules_of(scene: PlanningScene) -> Capsules:
     The cube as an obstacle is left out: it moves.
 
     Raises:
-        ModelError: if a shape is no capsule, cylinder or box, or a piece of furniture is turned.
+        ModelError: if a shape is not a capsule, cylinder or box, or a piece of furniture is turned.
     """
     plant, inspector, context = scene.plant, scene.inspector, scene.context
     arm = plant.GetModelInstanceByName(ARM)
@@ -110,7 +110,7 @@ def capsules_of(scene: PlanningScene) -> Capsules:
             boxes.append((X_BS.translation() - extent, X_BS.translation() + extent))
         elif body.model_instance() != scene.cube.model_instance():
             names = [link.index() for link in links]
-            link = names.index(body.index()) if body.index() in names else HAND
+            link = names.index(body.index()) if body.index() in names else HAND_LINK
             X_LS: RigidTransform = links[link].EvalPoseInWorld(context).InvertAndCompose(X_WS)
             half, radius, exact = enclose(shape)
             index[geometry] = -1 - len(robot)
@@ -181,7 +181,7 @@ def check(
     result = FREE
     for i in range(len(capsules.against)):
         a, box = capsules.against[i, 0], capsules.against[i, 1]
-        if not hand and capsules.link[a] == HAND:
+        if not hand and capsules.link[a] == HAND_LINK:
             continue
         limit = margin + capsules.radius[a]
         squared = _to_box(start[a], end[a], capsules.low[box], capsules.high[box], limit + _SLACK)

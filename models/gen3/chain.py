@@ -19,7 +19,7 @@ ROLL = np.array([3.1416, 1.5708, -1.5708, 1.5708, -1.5708, 1.5708, -1.5708, np.p
 """The same, rotation about x [rad], with the vendor's rounding; pitch and yaw are zero."""
 LIMIT = np.array([np.inf, 2.24, np.inf, 2.57, np.inf, 2.09, np.inf])
 """Largest magnitude of each joint angle [rad]; infinite for an endless joint."""
-HAND = -Y[6] - Z[7]
+HAND_LENGTH = -Y[6] - Z[7]
 """From the wrist to the end effector along its z [m]."""
 
 _COS_ROLL, _SIN_ROLL = np.cos(ROLL), np.sin(ROLL)

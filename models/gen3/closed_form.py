@@ -39,7 +39,7 @@ def solve_branches(R_BE: ArrayLike, p_BE: ArrayLike, q3: float) -> Array:
         within 1e-9 m and 1e-9 rad.
 
     Raises:
-        ModelError: if a shape is another, a value not finite, or ``R_BE`` no rotation.
+        ModelError: if a shape is another, a value is not finite, or ``R_BE`` is not a rotation.
     """
     q = solve_batch(np.asarray(R_BE)[None], np.asarray(p_BE)[None], np.array([q3]))[0, 0]
     return q[~np.isnan(q[:, 0])]
@@ -57,7 +57,7 @@ def solve_batch(R_BE: ArrayLike, p_BE: ArrayLike, q3: ArrayLike) -> Array:
         Joint angles ``[n, m, 8, 7]`` [rad]; a branch that does not exist is NaN throughout.
 
     Raises:
-        ModelError: if a shape is another, a value not finite, or a matrix no rotation.
+        ModelError: if a shape is another, a value is not finite, or a matrix is not a rotation.
     """
     return _solve_batch(*_checked(R_BE, p_BE, q3))
 
@@ -75,7 +75,7 @@ def solve_first(R_BE: ArrayLike, p_BE: ArrayLike, q3: ArrayLike) -> tuple[Array,
         2e-6 rad; and `MET` or the reason ``[n]``.
 
     Raises:
-        ModelError: if a shape is another, a value not finite, or a matrix no rotation.
+        ModelError: if a shape is another, a value is not finite, or a matrix is not a rotation.
     """
     return _solve_first(*_checked(R_BE, p_BE, q3))
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from models.compiled import FAST, compiled
-from models.gen3.chain import HAND, LIMIT, Array, chain
+from models.gen3.chain import HAND_LENGTH, LIMIT, Array, chain
 
 OUT_OF_REACH, NOT_MET, BEYOND_LIMITS, MET = -1, 0, 1, 2
 """What became of a pose: proved too far or too near; not met by any posture tried; met by some,
@@ -83,16 +83,16 @@ def _quick_step(J: Array, X: Array, step: Array, lever: Array) -> bool:
         where either system is close to singular.
     """
     for i in (0, 1, 3):
-        x = X[0, 3] - HAND * X[0, 2] - J[3, i]
-        y = X[1, 3] - HAND * X[1, 2] - J[4, i]
-        z = X[2, 3] - HAND * X[2, 2] - J[5, i]
+        x = X[0, 3] - HAND_LENGTH * X[0, 2] - J[3, i]
+        y = X[1, 3] - HAND_LENGTH * X[1, 2] - J[4, i]
+        z = X[2, 3] - HAND_LENGTH * X[2, 2] - J[5, i]
         lever[0, i] = J[1, i] * z - J[2, i] * y
         lever[1, i] = J[2, i] * x - J[0, i] * z
         lever[2, i] = J[0, i] * y - J[1, i] * x
-    # What the rotation wanted moves of the hand is no error of the wrist's.
-    x = step[3] - HAND * (step[1] * X[2, 2] - step[2] * X[1, 2])
-    y = step[4] - HAND * (step[2] * X[0, 2] - step[0] * X[2, 2])
-    z = step[5] - HAND * (step[0] * X[1, 2] - step[1] * X[0, 2])
+    # How far the wanted rotation moves the hand does not count as an error of the wrist.
+    x = step[3] - HAND_LENGTH * (step[1] * X[2, 2] - step[2] * X[1, 2])
+    y = step[4] - HAND_LENGTH * (step[2] * X[0, 2] - step[0] * X[2, 2])
+    z = step[5] - HAND_LENGTH * (step[0] * X[1, 2] - step[1] * X[0, 2])
     det, q1, q2, q4 = _cramer(lever, 0, 1, 3, x, y, z)
     if abs(det) < _FLAT_ARM:
         return False

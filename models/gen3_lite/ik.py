@@ -1,8 +1,8 @@
 """The Gen3 Lite's inverse kinematics: all real solutions of a pose, up to 16, in two stages.
 
 As the thesis does (A.2): a polynomial in one unknown gives every solution of the arm with right
-angles (`gen3_lite_polynomial`), and a numerical stage removes what is left of the error
-(`gen3_lite_chain`). Left are the description's right angles, rounded to 1.5708, and the rounding
+angles (`polynomial`), and a numerical stage removes what is left of the error
+(`chain`). Left are the description's right angles, rounded to 1.5708, and the rounding
 of multiple roots. Where solutions merge, within about 1e-3 rad, one of them may be missing.
 """
 
@@ -53,7 +53,7 @@ def solve(R_BE: ArrayLike, p_BE: ArrayLike) -> Array:
         Joint angles ``[k, 6]`` [rad], 0 ≤ k ≤ 16, within [−π, π), met within 1e-11 m and rad.
 
     Raises:
-        ModelError: if a shape is another, a value not finite, or ``R_BE`` no rotation.
+        ModelError: if a shape is another, a value is not finite, or ``R_BE`` is not a rotation.
     """
     q = solve_batch(np.asarray(R_BE)[None], np.asarray(p_BE)[None]).q[0]
     return q[~np.isnan(q[:, 0])]
@@ -67,7 +67,7 @@ def solve_batch(R_BE: ArrayLike, p_BE: ArrayLike) -> Solutions:
         p_BE: its positions ``[n, 3]`` [m].
 
     Raises:
-        ModelError: if a shape is another, a value not finite, or a matrix no rotation.
+        ModelError: if a shape is another, a value is not finite, or a matrix is not a rotation.
     """
     R, p = require_rotation(R_BE), np.asarray(p_BE, dtype=np.float64)
     if R.ndim != 3 or p.shape != (len(R), 3):

@@ -12,7 +12,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
 from models.errors import ModelError
-from models.task.spaces import GRID_Z, N_TARGETS, POSITIONS, R_WG, REST_HEIGHT, VERTICAL
+from models.task.spaces import GRID_Z, N_GRIPPERS, POSITIONS, R_WG, REST_HEIGHT, VERTICAL
 
 VIA_HEIGHT = 0.75
 """Height of the poses that motions pass through [m]."""
@@ -43,8 +43,8 @@ def pose_key(p_WG: np.ndarray, gripper: int) -> Key:
     p_WG = np.asarray(p_WG, dtype=float)
     if p_WG.shape != (3,) or not np.isfinite(p_WG).all():
         raise ModelError(f"gripper position {p_WG.tolist()}; valid: three finite metres")
-    if gripper not in range(N_TARGETS):
-        raise ModelError(f"gripper orientation {gripper}; valid: 0…{N_TARGETS - 1}")
+    if gripper not in range(N_GRIPPERS):
+        raise ModelError(f"gripper orientation {gripper}; valid: 0…{N_GRIPPERS - 1}")
     x, y, z = (round(coordinate * 1e4) for coordinate in p_WG.tolist())
     return x, y, z, int(gripper)
 

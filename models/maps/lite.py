@@ -1,6 +1,6 @@
 """The Gen3 Lite's reachability map (thesis A.3), with the values 0, 1 and 2.
 
-Two procedures, in this order: the polynomial with fine-tuning (`gen3_lite_ik`), then the
+Two procedures, in this order: the polynomial with fine-tuning (`models.gen3_lite.ik`), then the
 numerical solver alone, from random starts. The value of a pose says which of them was the first
 to reach it, 1 or 2, or that none did, 0. To reach a pose is to meet it by Drake's forward
 kinematics, within the joint limits, with a cube in the hand and every distance above the margin.
@@ -22,7 +22,7 @@ from models.maps.gripper_poses import gripper_pose, pose_key
 from models.scenes.description_files import ARM
 from models.scenes.planning_scene import MARGIN, Clearance, PlanningScene
 from models.scenes.robots import GEN3_LITE
-from models.task.spaces import N_TARGETS, POSITIONS
+from models.task.spaces import N_GRIPPERS, POSITIONS
 
 NONE, POLYNOMIAL, NUMERICAL = VALUES = (0, 1, 2)
 """Values of the map."""
@@ -108,7 +108,7 @@ def build(seed: int = 0, progress: Callable[[int, int], None] | None = None) -> 
         progress: called with (poses done, poses in all).
     """
     scene = LiteScene()
-    poses = [(p_WG, gripper) for gripper in range(N_TARGETS) for p_WG in POSITIONS]
+    poses = [(p_WG, gripper) for gripper in range(N_GRIPPERS) for p_WG in POSITIONS]
     R, p = scene.end_effector([gripper_pose(*pose) for pose in poses])
     solutions, too_far = solve_batch(R, p).q, out_of_reach(R, p)
     entries = []

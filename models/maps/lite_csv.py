@@ -18,7 +18,7 @@ from models.maps.lite import NONE, VALUES, Entry
 from models.scenes.description_files import description_hash
 from models.scenes.planning_scene import Clearance
 from models.scenes.robots import GEN3_LITE
-from models.task.spaces import GRIPPER_ANGLES, N_TARGETS
+from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS
 
 JOINTS = tuple(f"q{i}" for i in range(1, 7))
 COLUMNS = (
@@ -94,7 +94,7 @@ def _entry(row: list[str], where: str) -> Entry:
             raise ModelError(f"{where}, {name}: {fields[name]}; valid: {valid[0]}…{valid[-1]}")
         return int(number(name))
 
-    gripper, value = member("gripper", range(N_TARGETS)), member("value", VALUES)
+    gripper, value = member("gripper", range(N_GRIPPERS)), member("value", VALUES)
     q = clearance = failure = None
     if value == NONE:
         try:

@@ -12,8 +12,8 @@ from models.inverse_kinematics.optimised import Starts, search
 from models.inverse_kinematics.solution import Failure, IkSolution, reaches
 from models.maps.gripper_poses import Layer, gripper_pose, pose_key
 from models.scenes.gripper import MAX_OPENING
-from models.scenes.planning_scene import CUBE_WIDTH, HOME, MARGIN, Clearance, PlanningScene
-from models.task.spaces import GRID_Z, R_WG
+from models.scenes.planning_scene import HOME, MARGIN, Clearance, PlanningScene
+from models.task.spaces import CUBE_EDGE, GRID_Z, R_WG
 
 CLOSED_MARGIN = 0.001
 """Smallest distance allowed with the fingers closed on a cube on the table [m].
@@ -114,7 +114,7 @@ class PoseSolver:
             q = self._scene(p_WG).wind(q, HOME)
             enough = clearance.distance > MARGIN
             if not _is_carried(p_WG):
-                self._empty.open_to(CUBE_WIDTH)
+                self._empty.open_to(CUBE_EDGE)
                 closed = self._empty.clearance(q)
                 self._empty.open_to(MAX_OPENING)
                 enough = enough and closed.distance > CLOSED_MARGIN

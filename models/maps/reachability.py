@@ -13,7 +13,7 @@ from models.errors import ModelError
 from models.maps.gripper_poses import Key, Layer, pose_key, standard_poses
 from models.maps.pose_solver import Entry, PoseSolver
 from models.scenes.planning_scene import HOME
-from models.task.spaces import N_TARGETS, R_WG
+from models.task.spaces import N_GRIPPERS, R_WG
 
 JUMP = 1.0
 """Largest change of a joint between neighbouring poses of one family [rad]."""
@@ -149,14 +149,14 @@ def build(seed: int = 0, progress: Callable[[int, int], None] | None = None) -> 
         progress: called with (orientations done, orientations in all).
     """
     reachability = ReachabilityMap(seed=seed)
-    for gripper in range(N_TARGETS):
+    for gripper in range(N_GRIPPERS):
         if not same_approach(gripper):
             for entry in best_family(reachability.solver, gripper):
                 reachability.add(entry)
         for layer, p_WG in standard_poses(gripper):
             reachability.solve_and_add(p_WG, gripper, layer)
         if progress:
-            progress(gripper + 1, N_TARGETS)
+            progress(gripper + 1, N_GRIPPERS)
     layers = list(Layer)
     entries = sorted(
         reachability.entries,

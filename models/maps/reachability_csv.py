@@ -21,7 +21,7 @@ from models.maps.pose_solver import Entry
 from models.maps.reachability import ReachabilityMap
 from models.scenes.description_files import description_hash
 from models.scenes.planning_scene import Clearance
-from models.task.spaces import GRIPPER_ANGLES, N_TARGETS
+from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS
 
 T = TypeVar("T")
 
@@ -101,7 +101,7 @@ def _entry(row: list[str], where: str) -> Entry:
         return _parse(convert, fields[name], f"{where}, {name}", valid)
 
     p_WG = np.array([parse(name, _finite, "metres") for name in "xyz"])
-    gripper = parse("gripper", int, f"0…{N_TARGETS - 1}")
+    gripper = parse("gripper", int, f"0…{N_GRIPPERS - 1}")
     try:
         pose_key(p_WG, gripper)
     except ModelError as error:

@@ -20,7 +20,7 @@ from models.inverse_kinematics.solution import Failure, collision_failure, reach
 from models.inverse_kinematics.sweep import Sweep
 from models.maps.gripper_poses import gripper_pose
 from models.scenes.planning_scene import MARGIN, Clearance, PlanningScene
-from models.task.spaces import N_TARGETS
+from models.task.spaces import N_GRIPPERS
 
 REACHABLE = 0
 FAILURES = tuple(Failure)
@@ -70,7 +70,7 @@ class Grid:
     @property
     def total(self) -> int:
         """Number of poses."""
-        return int(np.prod(self.shape)) * N_TARGETS
+        return int(np.prod(self.shape)) * N_GRIPPERS
 
     def axes(self) -> tuple[Array, Array, Array]:
         """Coordinates of the voxels' centres along x, y and z [m]."""
@@ -86,7 +86,7 @@ class Grid:
 
         The orientation varies fastest, then z, y, x.
         """
-        *voxel, gripper = np.unravel_index(np.arange(start, stop), (*self.shape, N_TARGETS))
+        *voxel, gripper = np.unravel_index(np.arange(start, stop), (*self.shape, N_GRIPPERS))
         p_WG = np.stack([axis[i] for axis, i in zip(self.axes(), voxel, strict=True)], axis=-1)
         return p_WG, gripper
 

@@ -15,7 +15,7 @@ from models.maps.reachability_csv import JOINTS
 from models.maps.workspace import FAILURES, REACHABLE
 from models.maps.workspace_map import WorkspaceMap
 from models.scenes.description_files import description_hash
-from models.task.spaces import GRIPPER_ANGLES, N_TARGETS
+from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS
 
 COLUMNS = (
     *("x", "y", "z", "roll", "pitch", "yaw", "gripper", "value", *JOINTS),
@@ -35,7 +35,7 @@ def write_map(the_map: WorkspaceMap, margin: float, path: Path) -> None:
     places = (f"{a},{b},{c}" for a in x for b in y for c in z)
     angles = [
         ",".join(f"{angle:g}" for angle in GRIPPER_ANGLES[gripper]) + f",{gripper}"
-        for gripper in range(N_TARGETS)
+        for gripper in range(N_GRIPPERS)
     ]
     refused = [f"0,{',' * len(JOINTS)},{failure}" for failure in FAILURES]
     found = np.column_stack([decisions.q, decisions.clearance]).astype(str)

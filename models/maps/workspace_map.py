@@ -9,7 +9,7 @@ from models.errors import ModelError
 from models.inverse_kinematics.solution import Failure
 from models.maps.gripper_poses import Key, pose_key
 from models.maps.workspace import FAILURES, REACHABLE, Decisions, Grid
-from models.task.spaces import N_TARGETS
+from models.task.spaces import N_GRIPPERS
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class WorkspaceMap:
     @cached_property
     def reachable(self) -> np.ndarray:
         """Boolean ``[nx, ny, nz, 18]``."""
-        return (self.decisions.reason == REACHABLE).reshape(*self.grid.shape, N_TARGETS)
+        return (self.decisions.reason == REACHABLE).reshape(*self.grid.shape, N_GRIPPERS)
 
     @property
     def share(self) -> np.ndarray:

@@ -16,10 +16,12 @@ from models.maps.reachability import ReachabilityMap
 from models.motion.paths import PathPlanner
 from models.motion.planner import ActionPlanner, Infeasible
 from models.scenes.gripper import MAX_OPENING
-from models.scenes.planning_scene import CUBE_WIDTH, HOME, PlanningScene
+from models.scenes.planning_scene import HOME, PlanningScene
 from models.task.spaces import (
+    CUBE_EDGE,
     N_ACTIONS,
     N_FREE,
+    N_GRIPPERS,
     N_ORIENTATIONS,
     N_POSITIONS,
     N_STATES,
@@ -54,7 +56,7 @@ class Feasibility:
         """Boolean ``[15985, 55]``: state, *lost* last, by action."""
         free = np.zeros((N_XY, N_ACTIONS), dtype=bool)
         free[:, :N_TARGETS] = self.grasp
-        held = np.zeros((N_POSITIONS, N_TARGETS, N_ACTIONS), dtype=bool)
+        held = np.zeros((N_POSITIONS, N_GRIPPERS, N_ACTIONS), dtype=bool)
         held[..., N_TARGETS : 2 * N_TARGETS] = self.translate
         held[..., 2 * N_TARGETS : 3 * N_TARGETS] = self.rotate
         held[..., -1] = self.drop
@@ -77,10 +79,11 @@ def compute(
         cells: cells to look at; whatever begins or ends in another counts as infeasible.
     """
     planner, roads = ActionPlanner(reachability, search=False), _Roads()
-    shape = (N_POSITIONS, N_TARGETS)
-    grasp = np.zeros((N_XY, N_TARGETS), dtype=bool)
+    shape = (N_POSITIONS, N_GRIPPERS)
+    grasp = np.zeros((N_XY, N_GRIPPERS), dtype=bool)
     held, drop = (np.zeros(shape, dtype=bool) for _ in range(2))
-    translate, rotate = (np.zeros((*shape, N_TARGETS), dtype=bool) for _ in range(2))
+    translate = np.zeros((*shape, N_POSITIONS), dtype=bool)
+    rotate = np.zeros((*shape, N_GRIPPERS), dtype=bool)
 
     def is_connected(here: tuple[int, int], there: tuple[int, int]) -> bool:
         ends = planner.posture(*here), planner.posture(*there)
@@ -91,7 +94,7 @@ def compute(
         )
 
     for done, p in enumerate(cells, start=1):
-        for g in range(N_TARGETS):
+        for g in range(N_GRIPPERS):
             held[p, g] = planner.posture(p, g) is not None
             if p % 2 == 0:
                 grasp[p // 2, g] = _can_grasp(planner, p, g)
@@ -140,7 +143,7 @@ def _can_drop(planner: ActionPlanner, position: int, gripper: int) -> bool:
     if q is None:
         return False
     try:
-        planner.plan(Action(Kind.DROP), position, gripper, q, CUBE_WIDTH, X_WO)
+        planner.plan(Action(Kind.DROP), position, gripper, q, CUBE_EDGE, X_WO)
     except Infeasible:
         return False
     return True

@@ -27,8 +27,8 @@ from models.maps.pose_solver import CLOSED_MARGIN
 from models.maps.reachability import ReachabilityMap
 from models.motion.paths import PathPlanner, wind_path
 from models.scenes.gripper import MAX_OPENING
-from models.scenes.planning_scene import CUBE_WIDTH, HOME, MARGIN, PlanningScene
-from models.task.spaces import GRID_Z, POSITIONS, REST_HEIGHT, VERTICAL, Action, Kind
+from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
+from models.task.spaces import CUBE_EDGE, GRID_Z, POSITIONS, REST_HEIGHT, VERTICAL, Action, Kind
 
 APPROACH = 0.08
 """Height above the grasp from which the open hand comes straight down [m]."""
@@ -190,7 +190,7 @@ class ActionPlanner:
         approach = _rounded(paths, wind_path(paths.scene, [*path, *down[1:]]))
         q_grasp = approach.waypoints[-1]
 
-        paths = self._empty_hand(CUBE_WIDTH, None)
+        paths = self._empty_hand(CUBE_EDGE, None)
         if not paths.scene.is_free(q_grasp, CLOSED_MARGIN):
             raise Infeasible(f"gripper {gripper} at the cube: closed, it touches something")
         height = max(0.0, GRID_Z[0] - X_WG.translation()[2])

@@ -22,14 +22,13 @@ from pydrake.systems.framework import DiagramBuilder
 
 from models.scenes.description_files import ARM, GRIPPER, add_models
 from models.scenes.robots import GEN3, Robot
+from models.task.spaces import CUBE_EDGE
 
 HOME = np.array([0.0, 0.26, np.pi, -2.27, 0.0, 0.96, np.pi / 2])
 """The vendor's home posture [rad]: elbow up, gripper before the robot."""
 
 MARGIN = 0.002
 """Smallest distance between bodies that planning allows [m]."""
-CUBE_WIDTH = 0.04
-"""Distance of the fingers that hold the cube [m]."""
 
 _AWAY = RigidTransform([0.0, 0.0, -5.0])
 
@@ -54,7 +53,7 @@ class PlanningScene:
         """Build the plant, with the cube out of the way.
 
         Args:
-            carrying: the fingers stand 40 mm apart, and a cylinder about the closing axis
+            carrying: the fingers stand `CUBE_EDGE` apart, and a cylinder about the closing axis
                 stands for the cube between them: it contains the cube however that is turned
                 between the pads. Otherwise the hand is empty and open.
             robot: the arm with its hand; one of the Gen3 Lite has six joint angles, not seven.
@@ -75,7 +74,7 @@ class PlanningScene:
         self._query_port = self.plant.get_geometry_query_input_port()
         fixed = [self.cube, *self.plant.GetBodiesWeldedTo(self.plant.world_body())]
         self._fixed = {body.index() for body in fixed}
-        # Where the cube lies is no concern of the robot's.
+        # Where the cube lies does not concern the robot.
         standing = self.plant.CollectRegisteredGeometries(fixed)
         self._filter.Apply(CollisionFilterDeclaration().ExcludeWithin(standing))
         welded = self.plant.GetBodiesWeldedTo(self._tcp.body())
@@ -95,7 +94,7 @@ class PlanningScene:
         self.place_cube(None)
         for index in self.plant.GetJointIndices(self.cube.model_instance()):
             self.plant.get_joint(index).Lock(self.context)
-        self.open_to(CUBE_WIDTH if carrying else robot.max_opening)
+        self.open_to(CUBE_EDGE if carrying else robot.max_opening)
 
     def open_to(self, width: float) -> None:
         """Stand the fingers ``width`` [m] apart."""
@@ -170,7 +169,7 @@ class PlanningScene:
         carried = self.plant.RegisterCollisionGeometry(
             self._tcp.body(),
             self._tcp.GetFixedPoseInBodyFrame() @ X_GC,
-            Cylinder(radius=CUBE_WIDTH / np.sqrt(2.0), length=CUBE_WIDTH),
+            Cylinder(radius=CUBE_EDGE / np.sqrt(2.0), length=CUBE_EDGE),
             "carried_cube",
             CoulombFriction(0.0, 0.0),
         )

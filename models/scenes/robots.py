@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.scenes import gripper
-from models.scenes import lite_gripper as gen3_lite_gripper
+from models.scenes import gripper, lite_gripper
 from models.scenes.description_files import STATION_FILES
 
 
@@ -54,8 +53,8 @@ GEN3_LITE = Robot(
         "table.sdf",
     ),
     joints=tuple(f"joint_{i}" for i in range(1, 7)),
-    finger_joints=gen3_lite_gripper.JOINTS,
-    finger_positions=gen3_lite_gripper.joint_positions,
-    max_opening=gen3_lite_gripper.MAX_OPENING,
+    finger_joints=lite_gripper.JOINTS,
+    finger_positions=lite_gripper.joint_positions,
+    max_opening=lite_gripper.MAX_OPENING,
 )
 """Kinova Gen3 Lite with its own gripper."""

@@ -6,7 +6,7 @@ centre, and *lost* outside the grid or below the table top.
 
 Limits of the grid: half a cell beyond the outer centres, x in [0.475, 0.625] m and y in
 [−0.15, 0.15] m, the limits included. There is none for a held cube: it is in the hand, and the
-distance to its cell tells of a gripper between cells.
+distance to its cell shows a gripper between cells.
 """
 
 from typing import NamedTuple
@@ -68,7 +68,7 @@ def identify(
         held: whether the gripper holds the cube ``[...]``.
 
     Raises:
-        ModelError: if a shape is another, a matrix is no rotation, or a value is not finite.
+        ModelError: if a shape is another, a matrix is not a rotation, or a value is not finite.
     """
     held = np.asarray(held, dtype=bool)
     p_WO, p_WG = _points("p_WO", p_WO), _points("p_WG", p_WG)
@@ -113,7 +113,7 @@ def nearest_orientation(R: ArrayLike) -> tuple[Indices, Array]:
     """Nearest of the 48 cube orientations to ``R [..., 3, 3]``, and the angle to it in radians.
 
     Raises:
-        ModelError: if a matrix is no rotation.
+        ModelError: if a matrix is not a rotation.
     """
     return _nearest_rotation(require_rotation(R, "R_WO"), R_WO)
 
@@ -122,7 +122,7 @@ def nearest_gripper(R: ArrayLike) -> tuple[Indices, Array]:
     """Nearest of the 18 gripper orientations to ``R [..., 3, 3]``, and the angle to it in radians.
 
     Raises:
-        ModelError: if a matrix is no rotation.
+        ModelError: if a matrix is not a rotation.
     """
     return _nearest_rotation(require_rotation(R, "R_WG"), R_WG)
 
@@ -138,7 +138,7 @@ def all_nearest_orientations(R: ArrayLike, tolerance: float) -> NDArray[np.bool_
         bool ``[..., 48]``, at least one true.
 
     Raises:
-        ModelError: if a matrix is no rotation.
+        ModelError: if a matrix is not a rotation.
     """
     angle = geodesic_angle(require_rotation(R, "R_WO")[..., None, :, :], R_WO)
     return angle <= angle.min(axis=-1, keepdims=True) + tolerance

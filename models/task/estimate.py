@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.task.discretise import all_nearest_orientations, nearest_orientation
-from models.task.pairs import nominal_pairs, require_pairs
+from models.task.pairs import feasible_pairs
 from models.task.spaces import (
     R_WG,
     R_WO,
@@ -55,15 +55,15 @@ class Transitions(NamedTuple):
 
 
 def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
-    """Estimated outcomes of all feasible pairs that `nominal_pairs` allows.
+    """Estimated outcomes of all `feasible_pairs`.
 
     Args:
-        feasible: which pairs the robot can do, as `models.task.pairs.require_pairs` takes it.
+        feasible: which pairs the robot can do, as `feasible_pairs` takes it.
 
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
     """
-    state, action = np.nonzero(require_pairs(feasible) & nominal_pairs())
+    state, action = feasible_pairs(feasible)
     position, orientation, gripper = decode_states(state)
     kind, target = decode_actions(action)
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.task.clusters import uncomfortable_poses
-from models.task.pairs import nominal_pairs, require_pairs
+from models.task.pairs import feasible_pairs
 from models.task.spaces import (
     GOAL_POSITION,
     Indices,
@@ -62,15 +62,15 @@ class Groups(NamedTuple):
 
 
 def generalisation_groups(feasible: NDArray[np.bool_]) -> Groups:
-    """Groups of the feasible pairs that `nominal_pairs` allows, by every rule.
+    """Groups of the `feasible_pairs`, by every rule.
 
     Args:
-        feasible: which pairs the robot can do, as `models.task.pairs.require_pairs` takes it.
+        feasible: which pairs the robot can do, as `feasible_pairs` takes it.
 
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
     """
-    state, action = np.nonzero(require_pairs(feasible) & nominal_pairs())
+    state, action = feasible_pairs(feasible)
     position, orientation, gripper = decode_states(state)
     kind, target = decode_actions(action)
     free, layer, column = gripper < 0, position % 2, position // 2

@@ -55,7 +55,8 @@ def exact_rule(classes: TrialClasses, state: ArrayLike, action: ArrayLike) -> In
     kind, target = decode_actions(action)
     hand = np.where(kind == Kind.GRASP, target, gripper)
     of_hand = _single_rules(classes.hands)[orientation, hand]
-    of_turn = _single_rules(classes.turns)[orientation, gripper, target % N_GRIPPERS]
+    # Where there is no target, or it is a cell, the entry is not used.
+    of_turn = _single_rules(classes.turns)[orientation, gripper, target]
     return np.where(kind == Kind.ROTATE, of_turn, of_hand)
 
 

@@ -43,8 +43,15 @@ def nominal_pairs() -> NDArray[np.bool_]:
     return np.where(kind == Kind.GRASP, ~held, held & ~stays)
 
 
-def require_pairs(feasible: ArrayLike) -> NDArray[np.bool_]:
-    """Give a table of feasible pairs back as ``[N_STATES, N_ACTIONS]``; a row of *lost* is cut.
+def feasible_pairs(feasible: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """State and action of every pair that the robot can do and that `nominal_pairs` allows.
+
+    Args:
+        feasible: which pairs the robot can do, bool ``[N_STATES, N_ACTIONS]``, or with one row
+            more for *lost*, which is not looked at.
+
+    Returns:
+        Two arrays ``[n]``, sorted by state, then action.
 
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
@@ -58,4 +65,5 @@ def require_pairs(feasible: ArrayLike) -> NDArray[np.bool_]:
             f"feasible is {table.dtype} {list(table.shape)}; "
             f"wanted bool [{N_STATES}, {N_ACTIONS}], or with one row more for lost"
         )
-    return table[:N_STATES]
+    state, action = np.nonzero(table[:N_STATES] & nominal_pairs())
+    return state, action

@@ -148,7 +148,7 @@ def encode_states(position: ArrayLike, orientation: ArrayLike, gripper: ArrayLik
     free = gripper < 0
     if np.any(free & (position % 2 == 1)):
         raise ModelError(
-            "a free cube in the layer z = 0.6 is no state; "
+            "a free cube in the layer z = 0.6 is not a state; "
             "give an even position, or a gripper orientation 0…17"
         )
     held = N_FREE + (position * N_GRIPPERS + gripper) * N_ORIENTATIONS + orientation

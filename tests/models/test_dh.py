@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.dh import GEN3, GEN3_LITE, forward_kinematics, joint_offsets, joint_rotations
+from models.dh import GEN3_DH, GEN3_LITE_DH, forward_kinematics, joint_frames
 from models.errors import ModelError
 
 # Origins (metres) and turns (degrees, fixed axes) of each joint in its parent, from the
@@ -42,7 +42,7 @@ def vendor_forward_kinematics(origins, q):
 
 @pytest.mark.parametrize(
     ("chain", "origins", "within"),
-    [(GEN3, GEN3_ORIGINS, 0.5e-3), (GEN3_LITE, GEN3_LITE_ORIGINS, 0.01e-3)],
+    [(GEN3_DH, GEN3_ORIGINS, 0.5e-3), (GEN3_LITE_DH, GEN3_LITE_ORIGINS, 0.01e-3)],
 )
 def test_agrees_with_the_vendors_joint_origins(chain, origins, within):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (2000, chain.n_joints))
@@ -53,7 +53,7 @@ def test_agrees_with_the_vendors_joint_origins(chain, origins, within):
 
 
 def test_gen3_stands_straight_up_at_zero():
-    R_BE, p_BE = forward_kinematics(GEN3, np.zeros(7))
+    R_BE, p_BE = forward_kinematics(GEN3_DH, np.zeros(7))
     np.testing.assert_allclose(R_BE, np.eye(3), atol=1e-12)
     # Height: the offsets along the straight arm; sideways: shoulder and elbow.
     np.testing.assert_allclose(
@@ -62,25 +62,25 @@ def test_gen3_stands_straight_up_at_zero():
 
 
 def test_limits_are_those_of_the_tables():
-    assert np.isinf(GEN3.upper[[0, 2, 4, 6]]).all()
-    np.testing.assert_allclose(np.degrees(GEN3.upper[[1, 3, 5]]), [128.9, 147.8, 120.3])
-    np.testing.assert_allclose(np.degrees(GEN3_LITE.upper), [154, 150, 150, 149, 145, 149])
-    for chain in (GEN3, GEN3_LITE):
+    assert np.isinf(GEN3_DH.upper[[0, 2, 4, 6]]).all()
+    np.testing.assert_allclose(np.degrees(GEN3_DH.upper[[1, 3, 5]]), [128.9, 147.8, 120.3])
+    np.testing.assert_allclose(np.degrees(GEN3_LITE_DH.upper), [154, 150, 150, 149, 145, 149])
+    for chain in (GEN3_DH, GEN3_LITE_DH):
         np.testing.assert_array_equal(chain.lower, -chain.upper)
 
 
 def test_batches_are_elementwise():
     q = np.random.default_rng(1).uniform(-1, 1, (2, 3, 7))
-    R_BE, p_BE = forward_kinematics(GEN3, q)
-    R_one, p_one = forward_kinematics(GEN3, q[1, 2])
+    R_BE, p_BE = forward_kinematics(GEN3_DH, q)
+    R_one, p_one = forward_kinematics(GEN3_DH, q[1, 2])
     assert R_BE.shape == (2, 3, 3, 3) and p_BE.shape == (2, 3, 3)
     np.testing.assert_allclose(R_BE[1, 2], R_one, atol=1e-15)
     np.testing.assert_allclose(p_BE[1, 2], p_one, atol=1e-15)
-    assert joint_rotations(GEN3, q).shape == (2, 3, 7, 3, 3)
-    assert joint_offsets(GEN3_LITE, q[..., :6]).shape == (2, 3, 6, 3)
+    Q, k = joint_frames(GEN3_LITE_DH, q[..., :6])
+    assert Q.shape == (2, 3, 6, 3, 3) and k.shape == (2, 3, 6, 3)
 
 
 @pytest.mark.parametrize("q", [np.zeros(6), 0.0, np.zeros((7, 1))])
 def test_a_wrong_number_of_joints_is_refused(q):
     with pytest.raises(ModelError, match=r"gen3 wants \[\.\.\., 7\]"):
-        forward_kinematics(GEN3, q)
+        forward_kinematics(GEN3_DH, q)

@@ -5,10 +5,9 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from models.errors import ModelError
-from models.gen3 import branches as gen3_branches
-from models.gen3 import chain as gen3_chain
+from models.gen3 import branches, chain
 from models.gen3.branches import BRANCHES, wrist_in_reach
-from models.gen3.chain import HAND, LIMIT, forward
+from models.gen3.chain import HAND_LENGTH, LIMIT, forward
 from models.gen3.closed_form import nearest, solve_batch, solve_branches, solve_first
 from models.gen3.newton import MET, OUT_OF_REACH
 from models.rotations import geodesic_angle
@@ -55,7 +54,7 @@ def assert_exact(q, R, p):
 def test_constants_are_the_descriptions(scene):
     joints = [scene.plant.GetJointByName(f"joint_{i}") for i in range(1, 8)]
     joints.append(scene.plant.GetJointByName("end_effector"))
-    for joint, y, z, roll in zip(joints, gen3_chain.Y, gen3_chain.Z, gen3_chain.ROLL, strict=True):
+    for joint, y, z, roll in zip(joints, chain.Y, chain.Z, chain.ROLL, strict=True):
         X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
         X_MC = joint.frame_on_child().GetFixedPoseInBodyFrame()
         expected = RigidTransform(RollPitchYaw(roll, 0.0, 0.0), np.array([0.0, y, z]))
@@ -124,8 +123,8 @@ def test_singular_postures_have_an_answer_and_all_are_exact(postures, straight):
 
 def test_a_wrist_on_the_first_axis_gives_exact_answers_or_none():
     q3 = np.random.default_rng(1).uniform(0.2, 2.9, 200)
-    upper, forearm = gen3_branches._UPPER_ARM, gen3_branches._FOREARM
-    elbow, shoulder = gen3_branches._ELBOW_OFFSET, gen3_branches._SHOULDER_OFFSET
+    upper, forearm = branches._UPPER_ARM, branches._FOREARM
+    elbow, shoulder = branches._ELBOW_OFFSET, branches._SHOULDER_OFFSET
     q4 = np.arcsin(-(elbow * np.cos(q3) + shoulder) / (np.sin(q3) * forearm))
     x = np.cos(q3) * forearm * np.sin(q4) - np.sin(q3) * elbow
     q2 = np.arctan(-x / (forearm * np.cos(q4) + upper))
@@ -170,7 +169,7 @@ def test_reach_is_denied_to_no_posture_and_to_what_is_too_far_or_near(postures):
     R, p = forward(HOME)
     shoulder = np.array([0.0, 0.0, 0.28481])
     for distance in (0.05, 1.2):
-        p = shoulder + HAND * R[:, 2] + np.array([distance, 0.0, 0.0])
+        p = shoulder + HAND_LENGTH * R[:, 2] + np.array([distance, 0.0, 0.0])
         assert not wrist_in_reach(R, p)
         q, status = solve_first(R[None], p[None], np.linspace(-np.pi, np.pi, 9))
         assert np.isnan(q).all()
@@ -203,7 +202,7 @@ def test_nearest_winds_the_endless_joints():
         (np.eye(3)[None], np.zeros((1, 3)), np.float64(0.0), r"wanted \[n, 3, 3\]"),
         (np.eye(3)[None], np.full((1, 3), np.nan), np.zeros(1), "not finite"),
         (np.eye(3)[None], np.zeros((1, 3)), np.array([np.inf]), "not finite"),
-        (2.0 * np.eye(3)[None], np.zeros((1, 3)), np.zeros(1), "no rotation"),
+        (2.0 * np.eye(3)[None], np.zeros((1, 3)), np.zeros(1), "not a rotation"),
     ],
 )
 def test_what_is_no_pose_is_refused(R, p, q3, message):

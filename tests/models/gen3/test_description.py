@@ -11,7 +11,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RotationalInertia
 
-from models.dh import GEN3, forward_kinematics
+from models.dh import GEN3_DH, forward_kinematics
 from models.scenes.description_files import add_models
 
 # Of each joint in its parent, then of the end effector: xyz [m], rpy [rad].
@@ -87,7 +87,7 @@ def tool_poses(plant, configurations):
 
 
 def configurations():
-    low, high = np.maximum(GEN3.lower, -np.pi), np.minimum(GEN3.upper, np.pi)
+    low, high = np.maximum(GEN3_DH.lower, -np.pi), np.minimum(GEN3_DH.upper, np.pi)
     return np.random.default_rng(0).uniform(low, high, (1000, 7))
 
 
@@ -102,7 +102,7 @@ def test_forward_kinematics_are_the_vendors_within_a_nanometre(plant):
 
 def test_forward_kinematics_agree_with_the_table_within_its_rounding(plant):
     """Table 5.1 gives tenths of a millimetre and leaves out the wrist's offset of 0.35 mm."""
-    R_BE, p_BE = forward_kinematics(GEN3, configurations())
+    R_BE, p_BE = forward_kinematics(GEN3_DH, configurations())
     for X_BE, R, p in zip(tool_poses(plant, configurations()), R_BE, p_BE, strict=True):
         assert np.linalg.norm(X_BE.translation() - p) <= 0.5e-3
         # The vendor's angles are rounded to 1e-5 rad.
@@ -123,9 +123,9 @@ def test_limits_are_the_vendors(plant):
 
 def test_limits_stay_within_those_of_the_table():
     """The vendor's description is a hundredth of a radian stricter than Table 5.2."""
-    limited = np.isfinite(GEN3.upper)
+    limited = np.isfinite(GEN3_DH.upper)
     np.testing.assert_array_equal(limited, np.isfinite(POSITION_LIMITS))
-    slack = GEN3.upper[limited] - np.array(POSITION_LIMITS)[limited]
+    slack = GEN3_DH.upper[limited] - np.array(POSITION_LIMITS)[limited]
     assert (slack > 0.0).all() and (slack < 0.02).all()
 
 

@@ -1,8 +1,4 @@
-"""The Gen3 Lite's description: joints, limits, kinematics, hand, and that Drake opens it."""
-
-import os
-import subprocess
-import sys
+"""The Gen3 Lite's description: joints, limits, kinematics and hand."""
 
 import numpy as np
 import pytest
@@ -11,16 +7,14 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
 from models import dh
-from models.gen3_lite import chain as lite
-from models.scenes import lite_gripper as gen3_lite_gripper
+from models.gen3_lite import chain
 from models.scenes.description_files import (
     DESCRIPTION,
-    PACKAGE,
     STATION_FILES,
     add_models,
     description_hash,
 )
-from models.scenes.lite_gripper import LOWER, MAX_OPENING, UPPER, joint_positions, opening
+from models.scenes.lite_gripper import JOINTS, LOWER, MAX_OPENING, UPPER, joint_positions, opening
 from models.scenes.planning_scene import PlanningScene
 from models.scenes.robots import GEN3_LITE
 
@@ -44,7 +38,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def postures():
-    return np.random.default_rng(0).uniform(-lite.LIMIT, lite.LIMIT, (1000, 6))
+    return np.random.default_rng(0).uniform(-chain.LIMIT, chain.LIMIT, (1000, 6))
 
 
 def vendor_forward(q):
@@ -65,14 +59,14 @@ def test_plant_agrees_with_the_vendors_joint_origins(scene, postures):
 def test_plant_agrees_with_the_tables(scene, postures):
     p_WG = np.array([scene.forward(q).translation() for q in postures])
     R_WG = np.array([scene.forward(q).rotation().matrix() for q in postures])
-    R, p = dh.forward_kinematics(dh.GEN3_LITE, postures)
+    R, p = dh.forward_kinematics(dh.GEN3_LITE_DH, postures)
     assert np.linalg.norm(p_WG - BASE - p, axis=1).max() < 0.01e-3
     assert np.abs(R - R_WG).max() < 2e-5
 
 
 def test_the_inverse_kinematics_chain_is_the_plants(scene, postures):
     for q in postures[:100]:
-        R, p = lite.forward(q)
+        R, p = chain.forward(q)
         X = scene.forward(q)
         assert np.abs(X.rotation().matrix() - R).max() < 1e-13
         assert np.abs(X.translation() - BASE - p - TOOL * R[:, 2]).max() < 1e-13
@@ -81,12 +75,12 @@ def test_the_inverse_kinematics_chain_is_the_plants(scene, postures):
 def test_limits_are_the_vendors(scene):
     np.testing.assert_array_equal(scene.upper, [2.68, 2.61, 2.61, 2.6, 2.53, 2.6])
     np.testing.assert_array_equal(scene.lower, -scene.upper)
-    np.testing.assert_array_equal(scene.upper, lite.LIMIT)
+    np.testing.assert_array_equal(scene.upper, chain.LIMIT)
     np.testing.assert_array_equal(scene.velocity_limit, [1.6, 1.6, 1.6, 1.6, 1.6, 3.2])
     efforts = [scene.plant.GetJointActuatorByName(name).effort_limit() for name in GEN3_LITE.joints]
     np.testing.assert_array_equal(efforts, [10.0, 14.0, 10.0, 7.0, 7.0, 7.0])
     # Table A.1 gives them in whole degrees.
-    assert np.abs(scene.upper - dh.GEN3_LITE.upper).max() < np.radians(1.0)
+    assert np.abs(scene.upper - dh.GEN3_LITE_DH.upper).max() < np.radians(1.0)
 
 
 def test_fingers_open_symmetrically_by_the_width_asked_for(scene):
@@ -127,7 +121,7 @@ def test_the_mimic_joints_follow_the_first_as_the_hand_closes():
     plant.Finalize()
     simulator = Simulator(plant)
     context = simulator.get_mutable_context()
-    joints = [plant.GetJointByName(name) for name in gen3_lite_gripper.JOINTS]
+    joints = [plant.GetJointByName(name) for name in JOINTS]
     for joint, angle in zip(joints, joint_positions(0.1), strict=True):
         joint.set_angle(context, angle)
     plant.get_actuation_input_port().FixValue(context, [-5e-3, -5e-3])
@@ -142,18 +136,3 @@ def test_the_gen3s_files_are_untouched():
     assert not set(STATION_FILES) - {p.name for p in DESCRIPTION.iterdir()}
     assert not any("lite" in name for name in STATION_FILES)
     assert description_hash(GEN3_LITE.files) != description_hash()
-
-
-def test_drakes_model_visualizer_opens_the_robot():
-    shown = subprocess.run(
-        [
-            *(sys.executable, "-m", "pydrake.visualization.model_visualizer", "--loop_once"),
-            f"{PACKAGE}/gen3_lite.dmd.yaml",
-        ],
-        env={**os.environ, "ROS_PACKAGE_PATH": str(DESCRIPTION.parent)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert shown.returncode == 0, shown.stderr
-    assert "arning" not in shown.stderr

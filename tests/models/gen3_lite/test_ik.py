@@ -179,7 +179,7 @@ def test_batch_equals_single(poses, solutions):
         (np.eye(3), np.zeros((1, 3)), r"wanted \[n, 3, 3\]"),
         (np.eye(3)[None], np.zeros((2, 3)), r"wanted \[n, 3, 3\]"),
         (np.eye(3)[None], np.full((1, 3), np.nan), "not finite"),
-        (2.0 * np.eye(3)[None], np.zeros((1, 3)), "no rotation"),
+        (2.0 * np.eye(3)[None], np.zeros((1, 3)), "not a rotation"),
     ],
 )
 def test_what_is_no_pose_is_refused(R, p, message):

@@ -6,8 +6,8 @@ import pytest
 from models.inverse_kinematics.solution import Failure, reaches
 from models.maps.gripper_poses import Layer, grasp_position, gripper_pose
 from models.maps.pose_solver import CLOSED_MARGIN, PoseSolver
-from models.scenes.planning_scene import CUBE_WIDTH, HOME, MARGIN, PlanningScene
-from models.task.spaces import VERTICAL
+from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
+from models.task.spaces import CUBE_EDGE, VERTICAL
 
 CELL = np.array([0.55, 0.0, 0.55])
 CUBE = np.array([0.55, 0.0, 0.52])
@@ -45,7 +45,7 @@ def test_grasp_on_the_table_is_judged_open_and_closed(solver):
     entry = solver.alone(Layer.GRASP, grasp_position(CUBE, 10), 10)[0]
     scene = PlanningScene()
     assert scene.is_free(entry.q, MARGIN)
-    scene.open_to(CUBE_WIDTH)
+    scene.open_to(CUBE_EDGE)
     assert not scene.is_free(entry.q, MARGIN)
     assert scene.is_free(entry.q, CLOSED_MARGIN)
     assert entry.clearance.distance == pytest.approx(0.0012, abs=1e-4)

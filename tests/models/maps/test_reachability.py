@@ -12,8 +12,8 @@ from models.maps.gripper_poses import Layer, gripper_pose, pose_key, standard_po
 from models.maps.pose_solver import CLOSED_MARGIN, PoseSolver
 from models.maps.reachability import ReachabilityMap, nearest_posture, same_approach
 from models.maps.reachability_csv import read_map
-from models.scenes.planning_scene import CUBE_WIDTH, HOME, MARGIN, PlanningScene
-from models.task.spaces import HORIZONTAL, N_TARGETS, POSITIONS, VERTICAL
+from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
+from models.task.spaces import CUBE_EDGE, HORIZONTAL, N_GRIPPERS, POSITIONS, VERTICAL
 
 MAP = Path(__file__).parents[3] / "experiments" / "data" / "gen3" / "map.csv"
 
@@ -24,7 +24,7 @@ def shipped():
 
 
 def test_every_standard_pose_is_there_once(shipped):
-    keys = {pose_key(p, g) for g in range(N_TARGETS) for _, p in standard_poses(g)}
+    keys = {pose_key(p, g) for g in range(N_GRIPPERS) for _, p in standard_poses(g)}
     assert {pose_key(entry.p_WG, entry.gripper) for entry in shipped.entries} == keys
 
 
@@ -48,7 +48,7 @@ def test_postures_are_judged_again_by_drake(shipped):
         assert scene.is_free(entry.q, MARGIN)
         assert np.abs(entry.q - HOME)[scene.continuous].max() <= np.pi + 1e-6
         if entry.layer == Layer.GRASP:
-            empty.open_to(CUBE_WIDTH)
+            empty.open_to(CUBE_EDGE)
             assert empty.is_free(entry.q, CLOSED_MARGIN)
 
 
@@ -60,7 +60,7 @@ def test_vertical_hands_share_the_posture_of_the_arm(shipped):
 
 
 def test_neighbouring_cells_have_neighbouring_postures(shipped):
-    for gripper in range(N_TARGETS):
+    for gripper in range(N_GRIPPERS):
         known = [e for e in shipped.entries if e.gripper == gripper and e.layer == Layer.CELL]
         lower = {pose_key(e.p_WG, 0)[:2]: e.q for e in known if e.p_WG[2] < 0.57}
         upper = {pose_key(e.p_WG, 0)[:2]: e.q for e in known if e.p_WG[2] > 0.57}
@@ -74,7 +74,7 @@ def test_neighbouring_cells_have_neighbouring_postures(shipped):
 
 
 def test_families_by_approach():
-    assert [len(same_approach(g)) for g in range(N_TARGETS)] == [0] * 11 + list(range(1, 8))
+    assert [len(same_approach(g)) for g in range(N_GRIPPERS)] == [0] * 11 + list(range(1, 8))
 
 
 def test_a_pose_left_out_is_solved_into_its_family_again(shipped):

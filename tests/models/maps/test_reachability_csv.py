@@ -54,14 +54,6 @@ def test_rows_read_as_in_the_thesis(file):
     assert lines[2].startswith("0.55,-0.1,0.6,-135,45,125,7,cell,1,0.3333333333333333,")
 
 
-def edited(file, line, column, text):
-    rows = file.read_text().splitlines()
-    fields = rows[line - 1].split(",")
-    fields[COLUMNS.index(column)] = text
-    rows[line - 1] = ",".join(fields)
-    file.write_text("\n".join(rows))
-
-
 @pytest.mark.parametrize(
     ("line", "column", "text", "message"),
     [
@@ -77,8 +69,8 @@ def edited(file, line, column, text):
         (5, "clearance", "near", "line 5, clearance: 'near'"),
     ],
 )
-def test_malformed_fields_are_named(file, line, column, text, message):
-    edited(file, line, column, text)
+def test_malformed_fields_are_named(file, edit_field, line, column, text, message):
+    edit_field(file, COLUMNS, line, column, text)
     with pytest.raises(ModelError, match=message) as caught:
         read_map(file)
     assert str(file) in str(caught.value)

@@ -13,8 +13,8 @@ from models.maps.reachability_csv import read_map
 from models.motion.planner import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Infeasible, Move
 from models.motion.timing import ACCELERATION_LIMIT, SCALE, time_path
 from models.scenes.gripper import MAX_OPENING
-from models.scenes.planning_scene import CUBE_WIDTH, HOME, MARGIN, PlanningScene
-from models.task.spaces import HORIZONTAL, POSITIONS, TILTED, VERTICAL, Action, Kind
+from models.scenes.planning_scene import HOME, MARGIN
+from models.task.spaces import CUBE_EDGE, HORIZONTAL, POSITIONS, TILTED, VERTICAL, Action, Kind
 
 MAP = Path(__file__).parents[3] / "experiments" / "data" / "gen3" / "map.csv"
 STEP = 0.01
@@ -26,16 +26,6 @@ CELL = 8
 @pytest.fixture(scope="module")
 def planner():
     return ActionPlanner(read_map(MAP))
-
-
-@pytest.fixture(scope="module")
-def empty():
-    return PlanningScene()
-
-
-@pytest.fixture(scope="module")
-def carrying():
-    return PlanningScene(carrying=True)
 
 
 def fine(waypoints):
@@ -80,7 +70,7 @@ def test_grasp_comes_straight_down_on_the_measured_cube(planner, empty, carrying
         carrying.wind(lift.waypoints[-1], HOME), planner.posture(position, gripper), atol=1e-9
     )
     empty.place_cube(None)
-    empty.open_to(CUBE_WIDTH)
+    empty.open_to(CUBE_EDGE)
     assert all(empty.is_free(q, 1e-3) for q in fine(lift.waypoints))
     empty.open_to(MAX_OPENING)
 
@@ -108,7 +98,7 @@ def test_carrying_is_free_along_the_path(planner, carrying, seed):
     there = (target, gripper) if kind == Kind.TRANSLATE else (position, target)
     goal = planner.posture(*there)
     (move,) = planner.plan(
-        Action(kind, target), position, gripper, q, CUBE_WIDTH, RigidTransform(POSITIONS[position])
+        Action(kind, target), position, gripper, q, CUBE_EDGE, RigidTransform(POSITIONS[position])
     )
     np.testing.assert_array_equal(move.waypoints[0], q)
     np.testing.assert_allclose(carrying.wind(move.waypoints[-1], goal), goal, atol=1e-9)
@@ -121,12 +111,12 @@ def test_a_search_finds_a_way_where_no_via_does(planner, carrying):
     X_WO = RigidTransform(POSITIONS[position])
     without = ActionPlanner(read_map(MAP), search=False)
     with pytest.raises(Infeasible, match="no free path"):
-        without.plan(action, position, gripper, q, CUBE_WIDTH, X_WO)
-    (move,) = planner.plan(action, position, gripper, q, CUBE_WIDTH, X_WO)
+        without.plan(action, position, gripper, q, CUBE_EDGE, X_WO)
+    (move,) = planner.plan(action, position, gripper, q, CUBE_EDGE, X_WO)
     goal = planner.posture(position, target)
     np.testing.assert_allclose(carrying.wind(move.waypoints[-1], goal), goal, atol=1e-9)
     assert all(carrying.is_free(q, 0.5 * MARGIN) for q in fine(move.waypoints))
-    (again,) = planner.plan(action, position, gripper, q, CUBE_WIDTH, X_WO)
+    (again,) = planner.plan(action, position, gripper, q, CUBE_EDGE, X_WO)
     np.testing.assert_array_equal(again.waypoints, move.waypoints)
 
 
@@ -141,7 +131,7 @@ def test_what_is_commanded_is_free_and_within_the_limits_at_every_moment(
     action = Action(Kind.GRASP, gripper)
     approach, _, lift = planner.plan(action, position, None, HOME, MAX_OPENING, X_WO)
     q, X_held = lift.waypoints[-1], RigidTransform(POSITIONS[position])
-    _, withdrawal = planner.plan(Action(Kind.DROP), position, gripper, q, CUBE_WIDTH, X_held)
+    _, withdrawal = planner.plan(Action(Kind.DROP), position, gripper, q, CUBE_EDGE, X_held)
     assert approach.cuts.max() > 0.0 and withdrawal.cuts.max() > 0.0
     empty.open_to(MAX_OPENING)
     for move, cube in ((approach, X_WO), (withdrawal, None)):
@@ -162,7 +152,7 @@ def test_endless_joints_never_turn_more_than_half_way(planner, carrying):
     wound = q + 2 * np.pi * np.array([2, 0, 0, 0, -1, 0, 3])
     for gripper in VERTICAL[1:]:
         (move,) = planner.plan(
-            Action(Kind.ROTATE, gripper), CELL, 10, wound, CUBE_WIDTH, RigidTransform()
+            Action(Kind.ROTATE, gripper), CELL, 10, wound, CUBE_EDGE, RigidTransform()
         )
         assert np.abs(np.diff(move.waypoints, axis=0)).max() <= np.pi + 1e-9
 
@@ -172,7 +162,7 @@ def test_endless_joints_never_turn_more_than_half_way(planner, carrying):
 def test_drop_opens_withdraws_and_goes_home(planner, empty, carrying, position, gripper):
     q = planner.posture(position, gripper)
     X_WO = RigidTransform(POSITIONS[position])
-    opening, move = planner.plan(Action(Kind.DROP), position, gripper, q, CUBE_WIDTH, X_WO)
+    opening, move = planner.plan(Action(Kind.DROP), position, gripper, q, CUBE_EDGE, X_WO)
     assert opening == OPEN
     np.testing.assert_array_equal(move.waypoints[0], q)
     np.testing.assert_allclose(carrying.wind(move.waypoints[-1], HOME), HOME, atol=1e-9)
@@ -195,7 +185,7 @@ def test_drop_opens_withdraws_and_goes_home(planner, empty, carrying, position, 
 )
 def test_actions_that_do_not_fit_the_state(planner, action, position, gripper, message):
     with pytest.raises(Infeasible, match=message):
-        planner.plan(action, position, gripper, HOME, CUBE_WIDTH, cube_at(0.55, 0.0))
+        planner.plan(action, position, gripper, HOME, CUBE_EDGE, cube_at(0.55, 0.0))
 
 
 def test_plans_do_not_depend_on_what_was_planned_before(planner):
@@ -204,9 +194,7 @@ def test_plans_do_not_depend_on_what_was_planned_before(planner):
             Action(Kind.GRASP, 7), CELL, None, HOME, MAX_OPENING, cube_at(0.56, 0.01, 0.3)
         )
 
-    planner.plan(
-        Action(Kind.DROP), CELL, 5, planner.posture(CELL, 5), CUBE_WIDTH, cube_at(0.5, 0.0)
-    )
+    planner.plan(Action(Kind.DROP), CELL, 5, planner.posture(CELL, 5), CUBE_EDGE, cube_at(0.5, 0.0))
     for part, other in zip(plan(planner), plan(ActionPlanner(read_map(MAP))), strict=True):
         if isinstance(part, Move):
             np.testing.assert_array_equal(part.waypoints, other.waypoints)

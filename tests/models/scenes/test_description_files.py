@@ -4,7 +4,9 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
 
@@ -15,6 +17,7 @@ from models.scenes.description_files import (
     description_hash,
     strict_parser,
 )
+from models.task.spaces import CUBE_EDGE
 
 FILES = sorted(path.name for path in DESCRIPTION.iterdir())
 
@@ -42,16 +45,27 @@ def test_unknown_file_is_refused():
         add_models(MultibodyPlant(time_step=1e-3), "nothing.urdf")
 
 
+def test_the_cube_is_as_large_as_the_task_says():
+    plant = MultibodyPlant(time_step=1e-3)
+    scene_graph = SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    add_models(plant, "cube.sdf")
+    (geometry,) = plant.GetCollisionGeometriesForBody(plant.GetBodyByName("cube"))
+    size = scene_graph.model_inspector().GetShape(geometry).size()
+    np.testing.assert_array_equal(size, [CUBE_EDGE] * 3)
+
+
 def test_hash_names_the_files():
     assert len(description_hash()) == 64
     assert description_hash() == description_hash()
 
 
-def test_drakes_model_visualizer_opens_the_robot_by_its_uri():
+@pytest.mark.parametrize("name", ["gen3_2f85.dmd.yaml", "gen3_lite.dmd.yaml"])
+def test_drakes_model_visualizer_opens_a_robot_by_its_uri(name):
     shown = subprocess.run(
         [
             *(sys.executable, "-m", "pydrake.visualization.model_visualizer", "--loop_once"),
-            f"{PACKAGE}/gen3_2f85.dmd.yaml",
+            f"{PACKAGE}/{name}",
         ],
         env={**os.environ, "ROS_PACKAGE_PATH": str(DESCRIPTION.parent)},
         capture_output=True,

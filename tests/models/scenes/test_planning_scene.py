@@ -4,21 +4,11 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from models.dh import GEN3, forward_kinematics
+from models.dh import GEN3_DH, forward_kinematics
 from models.scenes.planning_scene import HOME, PlanningScene
 from models.task.spaces import GRIPPER_NAMES, R_WG
 
 BASE_HEIGHT, TOOL = 0.5, 0.1425
-
-
-@pytest.fixture(scope="module")
-def empty():
-    return PlanningScene()
-
-
-@pytest.fixture(scope="module")
-def carrying():
-    return PlanningScene(carrying=True)
 
 
 def random_postures(scene, count, seed=0):
@@ -29,7 +19,7 @@ def random_postures(scene, count, seed=0):
 def test_forward_kinematics_agrees_with_denavit_and_hartenberg(empty):
     """The table rounds the vendor's offsets: half a millimetre at the flange."""
     Q = random_postures(empty, 50)
-    R_BE, p_BE = forward_kinematics(GEN3, Q)
+    R_BE, p_BE = forward_kinematics(GEN3_DH, Q)
     for q, R, p in zip(Q, R_BE, p_BE, strict=True):
         X_WG = empty.forward(q)
         # Gripper frame: the vendor's tool frame turned by -90° about z, and moved along it.

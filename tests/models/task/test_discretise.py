@@ -90,7 +90,7 @@ def test_ties_go_by_the_measured_pose():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ((2 * np.eye(3), REST, R_WG[0], REST, True), "R_WO is no rotation"),
+        ((2 * np.eye(3), REST, R_WG[0], REST, True), "R_WO is not a rotation"),
         ((R_WO[0], REST, np.eye(2), REST, True), "R_WG has shape"),
         ((R_WO[0], [0.5, np.nan, 0.5], R_WG[0], REST, False), "p_WO holds a value"),
         ((R_WO[0], REST, R_WG[0], [0.5, 0.5], False), "p_WG has shape"),

@@ -35,7 +35,7 @@ def test_nominal_pairs_are_counted():
 
 
 def test_every_nominal_pair_has_probability_one_in_order(transitions):
-    pair = transitions.state.astype(np.int64) * N_ACTIONS + transitions.action
+    pair = pairs.pair_key(transitions.state, transitions.action)
     entry = pair * N_STATES + transitions.next_state
     assert (np.diff(entry) > 0).all()
     unique, row = np.unique(pair, return_inverse=True)

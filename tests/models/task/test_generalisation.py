@@ -62,7 +62,7 @@ def test_translations_follow_to_the_goal_column_only(following):
     # Each height is its own group.
     other = following("translate_to_goal", State(8, 7, 10), Action(Kind.TRANSLATE, 2))
     assert {action.target for _, action in other} == {2}
-    assert len(other) == 7  # it is no action where the cube is already there
+    assert len(other) == 7  # it is not an action where the cube is already there
 
 
 def test_translations_from_elsewhere_leave_the_goal_column_out(following):

@@ -30,6 +30,18 @@ def is_held(p_GO: np.ndarray, opening: float, force: float) -> bool:
     )
 
 
+def identify_state(X_WO: RigidTransform, X_WG: RigidTransform, held: bool) -> int:
+    """Index of the state: cube at X_WO, tool centre point at X_WG, the cube held or not."""
+    found = identify(
+        X_WO.rotation().matrix(),
+        X_WO.translation(),
+        X_WG.rotation().matrix(),
+        X_WG.translation(),
+        held,
+    )
+    return int(found.state)
+
+
 class StateIdentifier(LeafSystem):
     """Turns measured poses into the index of a task state.
 
@@ -59,11 +71,4 @@ class StateIdentifier(LeafSystem):
         X_WO, X_WG = self._object.Eval(context), self._tcp.Eval(context)
         p_GO = X_WO.translation() - X_WG.translation()
         held = is_held(p_GO, self._opening.Eval(context)[0], self._force.Eval(context)[0])
-        found = identify(
-            X_WO.rotation().matrix(),
-            X_WO.translation(),
-            X_WG.rotation().matrix(),
-            X_WG.translation(),
-            held,
-        )
-        output[0] = int(found.state)
+        output[0] = identify_state(X_WO, X_WG, held)

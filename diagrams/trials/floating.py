@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from diagrams.state_identifier import is_held
+from diagrams.state_identifier import identify_state, is_held
 from diagrams.trials.initial_state import NotHeld, begin, held_pose
 from diagrams.trials.record import Noise, Pair, TrialConfig, TrialRecord
 from diagrams.trials.rig import SPEED, TURN_SPEED, TrialRig, TrialScene
@@ -20,7 +20,6 @@ from diagrams.trials.verdict import judge_pose
 from models.maps.gripper_poses import grasp_position
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
 from models.scenes import gripper
-from models.task.discretise import identify
 from models.task.spaces import (
     CUBE_EDGE,
     GRID_Z,
@@ -209,16 +208,10 @@ def _slip(scene: TrialScene, grip: _Grip) -> _Slip:
 def _judge(trial: _Attempt, p_nominal: np.ndarray, grip: _Grip, slip: _Slip) -> TrialRecord:
     """What became of the cube by now, and every number behind it."""
     scene = trial.scene
-    X_WO, X_WG, held = scene.X_WO, scene.X_WG, _holds(scene)
-    found = identify(
-        X_WO.rotation().matrix(),
-        X_WO.translation(),
-        X_WG.rotation().matrix(),
-        X_WG.translation(),
-        held,
-    )
+    X_WO, held = scene.X_WO, _holds(scene)
+    next_state = identify_state(X_WO, scene.X_WG, held)
     return replace(
-        judge_pose(X_WO, trial.state, p_nominal, held=held, next_state=int(found.state)),
+        judge_pose(X_WO, trial.state, p_nominal, held=held, next_state=next_state),
         clearance=scene.clearance,
         slip=slip.distance,
         in_hand_rotation=slip.angle,

@@ -30,18 +30,15 @@ class Plan:
     width: float = 0.3
     """Widest 95 % interval of the most frequent outcome's probability that is good enough."""
     block: int = 4
-    """Trials between two looks at it."""
+    """Trials between two looks at it. A class has whole blocks only, so that what it has in the
+    end does not depend on the order in which trials ended."""
     least: int = 16
     """Fewest trials of a class."""
     most: int = 48
     """Most trials of a class."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be planned.
-
-        Raises:
-            ModelError: naming the field and what it may be.
-        """
+        """Refuse what cannot be planned, by a ModelError that names the field and its choices."""
         if not 0.0 < self.width <= 1.0:
             raise ModelError(f"plan: width is {self.width}; give a share above 0, up to 1")
         if not 1 <= self.block <= self.least <= self.most:

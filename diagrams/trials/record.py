@@ -40,11 +40,7 @@ class TrialConfig:
     """Longest wait for a released cube to come to rest [s]."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be simulated.
-
-        Raises:
-            ModelError: naming the field and what it may be.
-        """
+        """Refuse what cannot be simulated, by a ModelError that names the field and its choices."""
         for name in ("time_step", "close_s", "settle_s", "release_s"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise ModelError(f"trial: {name} is {getattr(self, name)}; give seconds above 0")

@@ -1,9 +1,10 @@
-"""How far the transition model can be trusted: it is held against trials it was not made from.
+"""How far the transition model can be trusted: it is compared with trials it was not made from.
 
 ``validate`` takes the whole arm, ``rules`` each rule by which a trial speaks for other pairs,
 ``sensitivity`` the solver's step and friction, ``releases`` the angle at which a cube is let go.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from diagrams.trials.counts import thesis_entries
+from diagrams.trials.counts import Trial, thesis_entries
 from diagrams.trials.database import ARM, Campaign, TrialDatabase
+from diagrams.trials.record import Pair
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
 from experiments.kit.kept_rows import KeptRows
@@ -54,7 +56,7 @@ from models.task.trial_classes import trial_classes
 
 @dataclass(frozen=True)
 class Validate(Running):
-    """Hold a model against trials of its own pairs, drawn at random and not used to make it."""
+    """Compare a model with trials of its own pairs, drawn at random and not used to make it."""
 
     task: Path = SHIPPED_TASK
     """Task data with the model."""
@@ -74,7 +76,7 @@ class Validate(Running):
 
 @dataclass(frozen=True)
 class Rules(Running):
-    """Hold each rule of symmetry, and each of the thesis' kernel, against trials of its pairs."""
+    """Compare each rule of symmetry, and each of the thesis' kernel, with trials of its pairs."""
 
     campaign: Path = SHIPPED_TRIALS
     """Database of the trials that the rules carry over."""
@@ -93,11 +95,14 @@ class Sensitivity(Running):
     """Find out which outcomes change with the solver's step and with friction."""
 
     repetitions: int = 4
-    """Trials of each class, of each variant."""
+    """Trials of each class, of each variant: the same noise in each, so that they are compared
+    trial by trial."""
     databases: Path = Path("out/sensitivity/trials")
-    """Folder of a SQLite file for each variant; made if missing."""
+    """Folder with a SQLite file for each variant; made if missing, and as with ``run`` the same
+    command goes on after a kill."""
     seed: int = 0
-    """Of the draw of classes, and root of every trial's own seed."""
+    """Of the draw of rotations that take part, and root of every trial's own seed, which is the
+    same in each variant."""
     out: Path = Path("out/sensitivity")
     """Folder of the results."""
 
@@ -116,8 +121,16 @@ class Releases(Running):
     """Folder of the results."""
 
 
+def run_pairs(config: Validate | Rules, campaign: Campaign, pairs: Iterable[Pair]) -> list[Trial]:
+    """Run what the database does not hold yet of one trial of each pair; all trials in it."""
+    with start_workers(config.workers, config.cluster) as workers:
+        database = TrialDatabase(config.database, campaign)
+        run_campaign(database, campaign, PairTrials(pairs), workers)
+    return list(database.trials())
+
+
 def validate(config: Validate, output: Output) -> dict[str, Any]:
-    """Hold the model against trials of pairs drawn at random."""
+    """Compare the model with trials of pairs drawn at random."""
     check_range("--trials", config.trials, len(Kind))
     config.check()
     model = to_entries(load_task(config.task).transitions)
@@ -126,10 +139,9 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
         models, map_hash = description_hash(STATION_FILES), sha256(SHIPPED_ROBOT / MAP)
         campaign = Campaign(config.trial, config.seed, models, version("drake"), ARM, map_hash)
     drawn = draw_pairs(model, config.trials, np.random.default_rng(config.seed))
-    with start_workers(config.workers, config.cluster) as workers:
-        database = TrialDatabase(config.database, campaign)
-        run_campaign(database, campaign, PairTrials(drawn), workers)
-    trials = [trial for trial in database.trials() if trial[0] in set(drawn)]
+    # The database may hold trials of another draw, of a run with more or fewer of them.
+    wanted = set(drawn)
+    trials = [trial for trial in run_pairs(config, campaign, drawn) if trial[0] in wanted]
     result = scores(model, trials)
     print_scores(result)
     if config.campaign is not None:
@@ -152,10 +164,7 @@ def rules(config: Rules, output: Output) -> dict[str, Any]:
     drawn = [draw_rule_pairs(rule, config.trials, rng) for rule in found]
     campaign = floating_campaign(config.trial, config.seed)
     every = list(dict.fromkeys(pair for pairs in drawn for pair in pairs))
-    with start_workers(config.workers, config.cluster) as workers:
-        database = TrialDatabase(config.database, campaign)
-        run_campaign(database, campaign, PairTrials(every), workers)
-    rows = judge(found, drawn, list(database.trials()))
+    rows = judge(found, drawn, run_pairs(config, campaign, every))
     print_rules(rows)
     with output.figure("rules.png") as figure:
         plot_rules(figure, rows)

@@ -31,7 +31,7 @@ PROBABLE = 0.05
 
 
 def two_turns(entries: TransitionEntries) -> dict[str, dict[str, float]]:
-    """How well the model foretells the second turn, by how far the first left the cube off.
+    """How well the model predicts the second turn, by how far the first left the cube off.
 
     Every grasp that the model has in the table's middle, and every two turns after it, count
     alike; where two orientations are equally near, each counts half.
@@ -54,9 +54,9 @@ def two_turns(entries: TransitionEntries) -> dict[str, dict[str, float]]:
                 model = turns[second, :, name]
                 feasible = model.any(axis=-1)
                 truth = np.array(ends)[feasible] / np.array(ends)[feasible].sum(-1, keepdims=True)
-                foretold = model[feasible]
-                hit = truth[np.arange(len(truth)), foretold.argmax(axis=-1)]
-                probable = (truth * (foretold >= PROBABLE)).sum(axis=-1)
+                predicted = model[feasible]
+                hit = truth[np.arange(len(truth)), predicted.argmax(axis=-1)]
+                probable = (truth * (predicted >= PROBABLE)).sum(axis=-1)
                 total[row] += np.array([len(truth), hit.sum(), probable.sum()]) / len(names)
     every = total.sum(axis=0)
     rows = {**dict(zip(BINS, total, strict=True)), "all": every}
@@ -72,7 +72,7 @@ def two_turns(entries: TransitionEntries) -> dict[str, dict[str, float]]:
 
 def print_two_turns(result: dict[str, dict[str, float]]) -> None:
     """One line for each distance from the name."""
-    print("\na grasp and two turns: how well the state's name foretells the second")
+    print("\na grasp and two turns: how well the state's name predicts the second")
     print(f"{'off the name after the first':30} {'share':>7} {'likeliest':>10} {'probable':>9}")
     for name, row in result.items():
         print(f"{name:30} {row['share']:7.1%} {row['most_likely']:10.1%} {row['probable']:9.1%}")

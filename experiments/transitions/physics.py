@@ -52,9 +52,9 @@ def physics(
 
 
 def against_estimate(entries: TransitionEntries) -> dict[str, Any]:
-    """How the measured pairs differ from what geometry foretold, by kind of action.
+    """How the measured pairs differ from what geometry predicted, by kind of action.
 
-    ``changed`` counts pairs whose likeliest outcome geometry did not foretell at all;
+    ``changed`` counts pairs whose likeliest outcome geometry did not predict at all;
     ``distance`` is the mean total variation between the two distributions.
     """
     tried = entries.evidence != Evidence.ESTIMATED
@@ -71,7 +71,7 @@ def against_estimate(entries: TransitionEntries) -> dict[str, Any]:
     distance = 0.5 * np.bincount(row, np.abs(p - q), minlength=pairs.size)
     best = np.zeros(pairs.size)
     np.maximum.at(best, row, p)
-    # Of equally likely outcomes it is enough if geometry foretold one.
+    # Of equally likely outcomes it is enough if geometry predicted one.
     agrees = np.bincount(row, (p == best[row]) & (q > 0), minlength=pairs.size) > 0
     kind = decode_actions(split_key(pairs)[1]).kind
     return {
@@ -150,11 +150,12 @@ def _class_row(classes: TrialClasses, number: int, trials: list[Trial]) -> dict[
     }
     if kind == Kind.ROTATE:
         number_of, near = rotated_orientations()
-        foretold = near[gripper, after[0], orientation][: number_of[gripper, after[0], orientation]]
+        turn = gripper, after[0], orientation
+        predicted = near[turn][: number_of[turn]]
         row |= {
             "hand_after": GRIPPER_NAMES[after[0]],
-            "foretold": _share(end in foretold for end in ends),
-            "tie": len(foretold) > 1,
+            "foretold": _share(end in predicted for end in ends),
+            "tie": len(predicted) > 1,
         }
     return row
 

@@ -1,7 +1,7 @@
-"""Each rule by which a trial speaks for other pairs, held against trials of those pairs.
+"""Each rule by which a trial speaks for other pairs, compared with trials of those pairs.
 
 For one rule at a time: pairs that follow from a campaign's trials by that rule alone are drawn and
-tried, and what came about is held against what the rule foretold.
+tried, and what came about is compared with what the rule predicted.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ EXACT, THESIS = "exact", "thesis"
 
 
 class Rule(NamedTuple):
-    """A rule and what it foretells.
+    """A rule and what it predicts.
 
     Attributes:
         source: `EXACT` or `THESIS`.
@@ -85,7 +85,7 @@ def draw_rule_pairs(rule: Rule, number: int, rng: np.random.Generator) -> list[P
 def judge(
     rules: Sequence[Rule], drawn: Sequence[Sequence[Pair]], trials: Sequence[Trial]
 ) -> list[dict[str, Any]]:
-    """How well each rule foretold the trials of its pairs, by `model_validation.scores`."""
+    """How well each rule predicted the trials of its pairs, by `validation.scores`."""
     rows = []
     for rule, pairs in zip(rules, drawn, strict=True):
         mine = set(pairs)

@@ -13,7 +13,7 @@ from models.task.pairs import split_key
 from models.task.spaces import Kind, decode_actions
 
 PROBABLE = 0.05
-"""An outcome at least as probable as this was to be reckoned with."""
+"""An outcome at least as probable as this was to be expected."""
 
 
 def draw_pairs(model: TransitionEntries, number: int, rng: np.random.Generator) -> list[Pair]:

@@ -43,6 +43,6 @@ def test_an_error_of_ours_passes_as_it_is_even_through_drake(error):
 
 
 @pytest.mark.parametrize("stop", [SystemExit(2), SystemExit("stop"), KeyboardInterrupt()])
-def test_an_end_that_someone_asked_for_is_no_fault(stop):
+def test_an_end_that_someone_asked_for_is_not_a_fault(stop):
     with pytest.raises(type(stop)), simulating():
         raise stop

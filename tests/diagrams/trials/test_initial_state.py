@@ -90,7 +90,7 @@ def test_a_cube_never_held_and_a_simulator_that_fails_are_faults_with_a_reason()
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyError, RuntimeError, SystemExit])
-def test_a_mistake_of_ours_is_no_fault_of_the_simulator(error):
+def test_a_mistake_of_ours_is_not_a_fault_of_the_simulator(error):
     def mistaken(noise):
         raise error("ours")
 

@@ -1,4 +1,4 @@
-"""A name that is exact foretells the next turn; one that is halfway off does not."""
+"""A name that is exact predicts the next turn; one that is halfway off does not."""
 
 import pytest
 
@@ -14,7 +14,7 @@ def rigid():
     return two_turns(transition_entries(load_feasibility().mask(), [], trial_classes()))
 
 
-def test_an_exact_name_foretells_all_and_half_a_turn_off_less_than_half(rigid, capsys):
+def test_an_exact_name_predicts_all_and_half_a_turn_off_less_than_half(rigid, capsys):
     assert rigid.keys() == {*BINS, "all"}
     assert sum(rigid[name]["share"] for name in BINS) == pytest.approx(1.0)
     near, middle, halfway = (rigid[name] for name in BINS)

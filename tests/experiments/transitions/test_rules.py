@@ -57,7 +57,7 @@ def test_pairs_are_drawn_by_the_seed_and_evenly_over_the_kinds(rules):
     assert kinds == {Kind.GRASP, Kind.DROP}
 
 
-def test_what_came_about_is_held_against_the_rule(rules, tmp_path):
+def test_what_came_about_is_compared_with_the_rule(rules, tmp_path):
     cube = next(rule for rule in rules if rule.name == "cube")
     kept, fell = draw_rule_pairs(cube, 2, np.random.default_rng(0))
 
@@ -69,7 +69,7 @@ def test_what_came_about_is_held_against_the_rule(rules, tmp_path):
     trials = [
         trial(kept, State(cell - cell % 2, orientation, None).index),
         trial(fell, State(0, (State.from_index(fell.state).orientation + 9) % 48, None).index),
-        trial(TRIED, 0),  # no pair of the rule
+        trial(TRIED, 0),  # not a pair of the rule
     ]
     (row,) = judge([cube], [[kept, fell]], trials)
     assert (row["source"], row["rule"], row["trials"]) == (EXACT, "cube", 2)

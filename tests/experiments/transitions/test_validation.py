@@ -37,13 +37,13 @@ def trial(action, next_state, state=HELD, outcome=Outcome.FREE):
     return Pair(state, action), 0, TrialRecord(outcome, next_state=next_state, fault="x")
 
 
-def test_what_came_about_is_held_against_what_was_foretold():
+def test_what_came_about_is_compared_with_what_was_predicted():
     observed = [trial(UP, 1000), *(trial(DROP, s) for s in (3, 4, 5, 6))]
     result = scores(MODEL, [*observed, trial(UP, 7, outcome=Outcome.FAULT)])
     assert result["trials"] == 5
     assert result["faults"] == [{"state": HELD, "action": UP, "fault": "x"}]
     drop = result["by_action"]["drop"]
-    # Of two equally likely states one is foretold; 4 % is no probability to reckon with.
+    # Of two equally likely states one is predicted; at 4 % none is to be expected.
     assert drop["most_likely"][0] == 0.25
     assert drop["probable"][0] == 0.5
     assert drop["most_likely"][1] < 0.25 < drop["most_likely"][2]

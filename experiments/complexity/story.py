@@ -195,12 +195,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     with about("states"):
         worlds = [grid(states) for states in sorted(set(config.states))]
     torch.set_num_threads(1)
-    identity = {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, value in asdict(config).items()
-        if name != "out"
-    }
-    kept = KeptRows(output, identity)
+    kept = KeptRows(output, {n: value for n, value in asdict(config).items() if n != "out"})
     rows = kept.rows
     per_grid = len(config.methods) * config.rounds
     total = len(worlds) * per_grid

@@ -30,13 +30,13 @@ class Config:
     """Learn a small task of another kind than the robot's, with every method."""
 
     seed: int = 0
-    """Seed of the demonstrations and of the methods."""
+    """The seed of the demonstrations and of the methods."""
     trajectories: int = 8
-    """Number of demonstrated batches."""
+    """How many batches are demonstrated."""
     methods: tuple[str, ...] = tuple(METHODS)
-    """Keys of the methods to compare."""
+    """Which methods are compared."""
     out: Path = field(default_factory=lambda: Path("out/own_task"))
-    """Where results go; the task data in its folder ``task``."""
+    """The folder that the results are written to, the task data into its folder task."""
 
 
 def workshop(parts: int = 12, worn_out: int = 4) -> TaskData:

@@ -69,15 +69,15 @@ class Config:
     """Learn gymnasium's toy-text worlds from demonstrations, with every method."""
 
     seed: int = 0
-    """Seed of the demonstrations, the methods and the environments."""
+    """The seed of the demonstrations, the methods and the environments."""
     environments: tuple[str, ...] = tuple(EXAMPLES)
-    """Which of the worlds."""
+    """Which of the worlds are learnt."""
     methods: tuple[str, ...] = tuple(METHODS)
-    """Keys of the methods."""
+    """Which methods learn them."""
     episodes: int = 300
-    """Episodes each policy is played."""
+    """How many episodes each policy is played."""
     out: Path = field(default_factory=lambda: Path("out/toy_text"))
-    """Where results go."""
+    """The folder that the results are written to."""
 
 
 def optimal_runs(

@@ -41,6 +41,7 @@ from experiments.complexity.growth import (
     PUBLISHED_STATES,
     SOURCE,
     growth,
+    interpretation,
     plot_times,
     published_rows,
 )
@@ -208,6 +209,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             bar.update(len(rows) * per_grid - bar.n)
     with output.figure("complexity.png") as figure:
         plot_times(figure, rows)
+    print(interpretation(rows))
     kept.forget()
     published = published_rows()
     return {

@@ -32,22 +32,22 @@ from irl.task_data import load_task
 
 @dataclass(frozen=True)
 class Config:
-    """Learn the grasping task from demonstrations and advice; play it in Drake."""
+    """Learn the grasping task from demonstrations and advice, and play it in Drake."""
 
     task: Path = SHIPPED_TASK
-    """Folder of the task data."""
+    """The folder that the task data are read from."""
     teacher: TeacherConfig = field(default_factory=TeacherConfig)
-    """Demonstrator and expert; the learner never sees the simulated ones' reward or goal."""
+    """Who demonstrates and advises. The learner never sees the simulated mind's reward or goal."""
     learning: LearningConfig = field(default_factory=LearningConfig)
-    """Algorithm 4.1's choices."""
+    """What the learner sees, and how much it is shown before it asks."""
     starts: int = 3
-    """Episodes played in the Drake diagram; 0 plays none."""
+    """How many episodes are played in the Drake diagram; 0 plays none."""
     max_actions: int = 20
-    """Actions after which an episode ends."""
+    """After how many actions an episode ends."""
     seed: int = 0
-    """Of every random draw."""
+    """The seed of every random draw."""
     out: Path = Path("out/demo")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:

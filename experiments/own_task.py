@@ -7,14 +7,14 @@ machine's, and the rest works as it stands: nothing below it knows what the task
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
 from tqdm import tqdm
 
 from experiments.kit.command import Output, execute
-from experiments.kit.method_plots import plot_methods
+from experiments.kit.method_plots import NAMES, Panel, names_of, plot_methods
 from irl.choices import check_choice, check_range
 from irl.collection import demonstrate
 from irl.demonstrators import OracleDemonstrator
@@ -24,19 +24,25 @@ from irl.planning import uniform_policy
 from irl.policy import Policy, save_policy
 from irl.task_data import TaskData, Transitions, load_task, save_task
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NEAR = 0.9
+"""A success of this share of the demonstrator's counts as near it."""
+
 
 @dataclass(frozen=True)
 class Config:
     """Learn a small task of another kind than the robot's, with every method."""
 
     seed: int = 0
-    """Seed of the demonstrations and of the methods."""
+    """The seed of the demonstrations and of the methods."""
     trajectories: int = 8
-    """Number of demonstrated batches."""
+    """How many batches are demonstrated."""
     methods: tuple[str, ...] = tuple(METHODS)
-    """Keys of the methods to compare."""
+    """Which methods are compared."""
     out: Path = field(default_factory=lambda: Path("out/own_task"))
-    """Where results go; the task data in its folder ``task``."""
+    """The folder that the results are written to, the task data into its folder task."""
 
 
 def workshop(parts: int = 12, worn_out: int = 4) -> TaskData:
@@ -79,13 +85,39 @@ def workshop(parts: int = 12, worn_out: int = 4) -> TaskData:
 
 def show(rows: list[dict[str, Any]], ceiling: float) -> None:
     """Print the table."""
-    print(f"{'method':18} {'success':>8} {'as good':>8} {'seconds':>8}")
+    print(f"{'method':18} {'':27} {'success':>8} {'as good':>8} {'seconds':>8}")
     for row in rows:
         print(
-            f"{row['method']:18} {row['success_mdp']:8.1%} {row['accuracy_optimal_all']:8.1%} "
-            f"{row['seconds']:8.2f}"
+            f"{row['method']:18} {NAMES[row['method']]:27} {row['success_mdp']:8.1%} "
+            f"{row['accuracy_optimal_all']:8.1%} {row['seconds']:8.2f}"
         )
-    print(f"{'(demonstrator)':18} {ceiling:8.1%}")
+    print(f"{'(demonstrator)':46} {ceiling:8.1%}")
+
+
+def interpretation(rows: list[dict[str, Any]], ceiling: float) -> str:
+    """What the table says, in one sentence."""
+    far = [row["method"] for row in rows if row["success_mdp"] < NEAR * ceiling]
+    return (
+        f"{len(rows) - len(far)} of {len(rows)} methods come to {NEAR:.0%} or more of the "
+        f"demonstrator's own success, {ceiling:.0%}"
+        f"{f'; {names_of(far)} do not' if far else ''}."
+    )
+
+
+def draw(figure: "Figure", rows: list[dict[str, Any]], ceiling: float) -> None:
+    """Draw success, accuracy and time of every method."""
+    success = [row["success_mdp"] for row in rows]
+    as_good = [row["accuracy_optimal_all"] for row in rows]
+    plot_methods(
+        figure,
+        [row["method"] for row in rows],
+        [
+            Panel("whole batch made", "probability within 20 actions", success, ceiling),
+            Panel("acts as well as the demonstrator", "share of unseen states", as_good, 1.0),
+        ],
+        [row["seconds"] for row in rows],
+        interpretation(rows, ceiling),
+    )
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:
@@ -134,17 +166,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         )
     ceiling = success_mdp(model, uniform_policy(teacher.optimal_actions), goal, starts)
     show(rows, ceiling)
+    print(interpretation(rows, ceiling))
     with output.figure("methods.png") as figure:
-        plot_methods(
-            figure,
-            [row["method"] for row in rows],
-            [
-                ("success", [row["success_mdp"] for row in rows]),
-                ("as good, unseen states", [row["accuracy_optimal_all"] for row in rows]),
-            ],
-            [ceiling, 1.0],
-            [row["seconds"] for row in rows],
-        )
+        draw(figure, rows, ceiling)
     return {
         "states": task.n_states,
         "demonstrated_fraction": shown.demonstrated_fraction(task.n_states),

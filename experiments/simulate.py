@@ -24,19 +24,19 @@ class Config:
     """Play a learned policy in the Drake diagram, from random starts."""
 
     policy: Path = Path("out/demo/policy.safetensors")
-    """Policy file; it must be for the task data given."""
+    """The policy file; it must have been learnt for the task data given."""
     task: Path = SHIPPED_TASK
-    """Folder of the task data."""
+    """The folder that the task data are read from."""
     starts: int = 3
-    """Number of starts, drawn among the task's free states without repetition."""
+    """How many starts are drawn among the task's free states, without repetition."""
     disturbance: float = 0.0
-    """Further standard deviation of the cube's place at the start [m]."""
+    """By how much more the cube's place at the start is disturbed: a standard deviation [m]."""
     max_actions: int = 20
-    """Actions after which an episode ends."""
+    """After how many actions an episode ends."""
     seed: int = 0
-    """Of the starts and of the cube's true poses."""
+    """The seed of the starts and of the cube's true poses."""
     out: Path = Path("out/simulate")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:

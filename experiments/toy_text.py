@@ -15,7 +15,7 @@ import torch
 from tqdm import tqdm
 
 from experiments.kit.command import Output, execute
-from experiments.kit.method_plots import plot_methods
+from experiments.kit.method_plots import Panel, plot_methods
 from irl.choices import check_choice, check_range
 from irl.collection import demonstrate
 from irl.demonstrations import Demonstrations
@@ -69,15 +69,15 @@ class Config:
     """Learn gymnasium's toy-text worlds from demonstrations, with every method."""
 
     seed: int = 0
-    """Seed of the demonstrations, the methods and the environments."""
+    """The seed of the demonstrations, the methods and the environments."""
     environments: tuple[str, ...] = tuple(EXAMPLES)
-    """Which of the worlds."""
+    """Which of the worlds are learnt."""
     methods: tuple[str, ...] = tuple(METHODS)
-    """Keys of the methods."""
+    """Which methods learn them."""
     episodes: int = 300
-    """Episodes each policy is played."""
+    """How many episodes each policy is played."""
     out: Path = field(default_factory=lambda: Path("out/toy_text"))
-    """Where results go."""
+    """The folder that the results are written to."""
 
 
 def optimal_runs(
@@ -122,17 +122,35 @@ def show(rows: list[dict[str, Any]]) -> None:
         )
 
 
+def interpretation(rows: list[dict[str, Any]]) -> str:
+    """What the table says, in one sentence."""
+    told = []
+    for world in dict.fromkeys(row["environment"] for row in rows):
+        mine = [row for row in rows if row["environment"] == world]
+        reached = sum(row["return_interval"][1] >= row["optimal"] for row in mine)
+        told.append(f"{reached} of {len(mine)} in {world}")
+    return (
+        "Methods as good as the true reward's own policy, by the 95 % interval of the return: "
+        f"{', '.join(told)}."
+    )
+
+
 def draw(figure: "Figure", rows: list[dict[str, Any]], config: Config) -> None:
     """Draw every method's return in every world, beside that of the true reward's policy."""
     of = {(row["environment"], row["method"]): row for row in rows}
     worlds, methods = config.environments, config.methods
-    plot_methods(
-        figure,
-        methods,
-        [(f"{world}: return", [of[world, m]["return"] for m in methods]) for world in worlds],
-        [of[world, methods[0]]["optimal"] for world in worlds],
-        [sum(of[world, m]["seconds"] for world in worlds) for m in methods],
-    )
+    panels = [
+        Panel(
+            world,
+            "return of an episode, mean",
+            [of[world, method]["return"] for method in methods],
+            of[world, methods[0]]["optimal"],
+            [of[world, method]["return_interval"] for method in methods],
+        )
+        for world in worlds
+    ]
+    seconds = [sum(of[world, method]["seconds"] for world in worlds) for method in methods]
+    plot_methods(figure, methods, panels, seconds, interpretation(rows))
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:
@@ -183,6 +201,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         env.close()
     bar.close()
     show(rows)
+    print(interpretation(rows))
     with output.figure("methods.png") as figure:
         draw(figure, rows, config)
     return {"rows": rows}

@@ -36,36 +36,36 @@ class ActiveConfig:
     """Algorithm 4.1's choices; each part can be switched off by itself."""
 
     initial: TrainingConfig = field(default_factory=lambda: TrainingConfig(iterations=10_000))
-    """Training on the initial demonstrations."""
+    """How the network is trained on the initial demonstrations."""
     refine: TrainingConfig = field(default_factory=lambda: TrainingConfig(iterations=100))
-    """Training after each round of queries, from the weights at hand."""
+    """How it is trained after each round of queries, starting from the weights at hand."""
     budget: int = 100
-    """Most state queries."""
+    """How many state queries are asked at most."""
     batch: int = 1
-    """State queries a round, and cluster queries as many; 1 in the thesis."""
+    """How many state queries are asked in a round, and as many cluster queries; 1 in the thesis."""
     max_demonstrated: int | None = None
-    """Most distinct states with labels, never exceeded; none: the budget alone decides."""
+    """How many distinct states may have labels, never exceeded; None leaves it to the budget."""
     state_query: str = "masked_entropy"
-    """Which state to ask about, a name in irl.queries.STATE_STRATEGIES."""
+    """Which state to ask about: a name in irl.queries.STATE_STRATEGIES."""
     cluster_query: str = "masked_entropy"
-    """Which cluster to ask about, a name in irl.queries.CLUSTER_STRATEGIES, or none."""
+    """Which cluster to ask about: a name in irl.queries.CLUSTER_STRATEGIES, or none."""
     query_beta: float = 1.0
-    """Inverse temperature of (4.2) in the queries; 1 in the thesis."""
+    """The inverse temperature of (4.2) in the queries; 1 in the thesis."""
     committee: int = 5
-    """Members of the committee, where a strategy asks for one; each costs as much training as
-    the main network."""
+    """How many members the committee has, where a strategy needs one.
+    Each costs as much training as the main network."""
     cluster_intersections: int = 0
-    """Rounds of intersecting clusters to make new ones that may be asked about; 0: none."""
+    """How many rounds of intersecting clusters make new ones to ask about; 0 makes none."""
     smallest_intersection: int = 1
-    """Fewest states of such a new cluster."""
+    """How few states such a new cluster may have."""
     state_preferences: bool = True
     """Whether preferred and avoided states change the learnt values."""
     action_advice: bool = True
     """Whether the expert is asked."""
     avoid: str = "mask"
-    """What happens to avoided actions: mask or thesis."""
+    """What happens to avoided actions: mask excludes them, thesis lowers their value."""
     hidden: tuple[int, ...] = (150, 50)
-    """Widths of the network's hidden layers."""
+    """The widths of the network's hidden layers."""
     device: str = "cpu"
     """Where the networks live: cpu, or cuda for large problems on a GPU."""
 

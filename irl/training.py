@@ -29,28 +29,27 @@ class TrainingConfig:
     """
 
     iterations: int = 2000
-    """Most steps to take."""
+    """How many steps are taken at most."""
     optimizer: str = "adam"
-    """adam or sgd."""
+    """The optimiser: adam or sgd."""
     step: float = 1e-3
-    """Learning rate α of thesis (3.14), on the mean log-likelihood."""
+    """The learning rate α of thesis (3.14), on the mean log-likelihood."""
     schedule: str = "cosine"
-    """cosine: the step decays to 0 over the iterations; none: it stays."""
+    """With cosine the step decays to 0 over the iterations; with none it stays."""
     beta: float = 30.0
-    """Inverse temperature β of (3.19), or where it starts if it is learnt."""
+    """The inverse temperature β of (3.19), or where it starts if it is learnt."""
     learn_beta: bool = False
     """Whether β is adjusted with the weights."""
     tolerance: float = 0.0
-    """Stop once the log-likelihood, averaged over 100 iterations, differs by less than this from
-    the 100 iterations before; 0 never stops."""
+    """Training stops once the mean log-likelihood of 100 iterations changes by less; 0 never."""
     weight_decay: float = 0.0
-    """Shrinkage of the weights per unit of step (decoupled for adam)."""
+    """By how much the weights shrink per unit of step (decoupled for adam)."""
     bellman_weight: float = 0.0
-    """Weight of the Bellman penalty against the mean log-likelihood; 0 is the thesis."""
+    """The weight of the Bellman penalty against the mean log-likelihood; 0 in the thesis."""
     bellman_batch: int = 256
-    """States a batch of the penalty."""
+    """How many states a batch of the penalty has."""
     bellman_delta: float = 0.01
-    """Deviation of the reward, in units of f, where the penalty turns linear."""
+    """The deviation of the reward, in units of f, from which on the penalty is linear."""
 
     def __post_init__(self) -> None:
         """Refuse values outside their range.

@@ -29,13 +29,13 @@ class Config:
     """Time our work and the alternatives' on the same inputs."""
 
     subjects: tuple[str, ...] = tuple(SUBJECTS)
-    """What to compare."""
+    """Which subjects are compared."""
     peers: Path = Peers().python
-    """Python of the environment that has the packages compared with."""
+    """The Python interpreter of the environment that has the packages compared with."""
     seed: int = 0
-    """Of the inputs."""
+    """The seed of the inputs."""
     out: Path = field(default_factory=lambda: Path("out/bench"))
-    """Where results go."""
+    """The folder that the results are written to."""
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """How times grow with the number of states: the published table, exponents, the picture."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from scipy.special import stdtrit
 
+from experiments.kit.method_plots import NAMES
 from irl.methods import METHODS
 
 Rows = Sequence[Mapping[str, Any]]  # each with "states" and "seconds" by method
@@ -29,19 +31,6 @@ PUBLISHED: dict[str, list[float]] = {
 """Seconds an iteration, by our keys."""
 SOURCE = "Li & Burdick (2017), as quoted in thesis Table 6.1; measured on another machine"
 FIT_FROM = 1000  # states; below, the fixed cost of a call hides the growth
-LABELS = {
-    "fa_mlirl": "FA-MLIRL (the thesis)",
-    "max_ent": "MaxEnt",
-    "deep_max_ent": "DeepMaxEnt",
-    "bellman_gradient": "Bellman gradient",
-    "linear_mlirl": "linear MLIRL",
-    "lp": "LP (3.7)",
-    "lp_advice": "LP with advice (3.9)",
-    "lp_basis": "LP, basis functions (3.12)",
-    "birl": "Bayesian IRL",
-    "behaviour_cloning": "behaviour cloning",
-    "planning": "sparse planning",
-}
 COLOURS = dict(zip(METHODS, [*(f"C{k}" for k in range(10)), "black"], strict=True))
 
 
@@ -83,6 +72,25 @@ def growth(rows: Rows) -> dict[str, dict[str, Any]]:
     return fits
 
 
+def interpretation(rows: Rows) -> str:
+    """What the times say, in one sentence, of the largest grid."""
+    last = rows[-1]
+    where = f"On {last['states']:,} states"
+    others = {
+        name: ratio
+        for name, ratio in last["times_fa_mlirl"].items()
+        if METHODS[name].iterate and name != "fa_mlirl"
+    }
+    if not others:
+        return f"{where}, an iteration takes {1e3 * max(last['seconds'].values()):.2g} ms at most."
+    least, most = min(others, key=others.__getitem__), max(others, key=others.__getitem__)
+    return (
+        f"{where}, an iteration of FA-MLIRL takes {1e3 * last['seconds']['fa_mlirl']:.2g} ms; "
+        f"those of other methods take {others[least]:.2g} ({NAMES[least]}) "
+        f"to {others[most]:.3g} times ({NAMES[most]}) as long."
+    )
+
+
 def plot_times(figure: Figure, rows: Rows) -> None:
     """Ours solid, whole solves dotted, published times dashed in the same colour."""
     figure.set_size_inches(10, 6)
@@ -97,15 +105,16 @@ def plot_times(figure: Figure, rows: Rows) -> None:
     def draw(group: str, table: Rows, name: str) -> None:
         found = points(table, name)
         if len(found):
-            colour, label = COLOURS[name], LABELS[name]
+            colour, label = COLOURS[name], NAMES[name]
             lines[group] += axes.plot(*found.T, color=colour, label=label, **styles[group])
 
     for name, method in METHODS.items():
         draw("ours, an iteration:" if method.iterate else "ours, a whole solve:", rows, name)
         if name in PUBLISHED:
             draw("published, an iteration:", published_rows(), name)
-    axes.set(xscale="log", yscale="log", xlabel="states", ylabel="time [s]")
+    axes.set(xscale="log", yscale="log", xlabel="states of the grid", ylabel="time [s]")
     axes.grid(alpha=0.3)
+    axes.set_title(textwrap.fill(interpretation(rows), 95), fontsize=10)
     entries: list[Any] = []
     for group, drawn in lines.items():
         if drawn:  # a heading is an entry without a line

@@ -41,6 +41,7 @@ from experiments.complexity.growth import (
     PUBLISHED_STATES,
     SOURCE,
     growth,
+    interpretation,
     plot_times,
     published_rows,
 )
@@ -70,20 +71,20 @@ class Config:
     """Time one iteration of every method on grids of growing size."""
 
     states: tuple[int, ...] = (*PUBLISHED_STATES, 10_201, 40_401, 100_489)
-    """Numbers of states, each the square of a side from 3."""
+    """The sizes of the grids in states, each the square of a side of 3 or more."""
     methods: tuple[str, ...] = tuple(METHODS)
-    """Which methods."""
+    """Which methods are timed."""
     gamma: float = 0.99
-    """Discount factor of all methods that have one."""
+    """The discount factor of all methods that have one."""
     rounds: int = 7
-    """Turns that each method has on each grid."""
+    """How many turns each method has on each grid."""
     budget: float = 3.0
-    """Seconds a method may be timed for on a grid, before its last iteration. A method that needs
-    more for a single one is skipped on larger grids."""
+    """For how many seconds a method is timed on a grid, before its last iteration.
+    One that needs more for a single iteration is skipped on larger grids."""
     seed: int = 0
-    """Of initial weights and proposals."""
+    """The seed of initial weights and proposals."""
     out: Path = field(default_factory=lambda: Path("out/complexity"))
-    """Where results go."""
+    """The folder that the results are written to."""
 
 
 def grid(states: int) -> GridWorld:
@@ -195,12 +196,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     with about("states"):
         worlds = [grid(states) for states in sorted(set(config.states))]
     torch.set_num_threads(1)
-    identity = {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, value in asdict(config).items()
-        if name != "out"
-    }
-    kept = KeptRows(output, identity)
+    kept = KeptRows(output, {n: value for n, value in asdict(config).items() if n != "out"})
     rows = kept.rows
     per_grid = len(config.methods) * config.rounds
     total = len(worlds) * per_grid
@@ -213,6 +209,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             bar.update(len(rows) * per_grid - bar.n)
     with output.figure("complexity.png") as figure:
         plot_times(figure, rows)
+    print(interpretation(rows))
     kept.forget()
     published = published_rows()
     return {

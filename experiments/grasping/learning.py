@@ -36,9 +36,9 @@ class LearningConfig:
     features: str = "rotation"
     """Which features of the task data the network sees: rotation or thesis."""
     demonstrations: int = THESIS_DEMONSTRATIONS
-    """Distinct states demonstrated before the first query."""
+    """How many distinct states are demonstrated before the first query."""
     least_purity: float = 0.95
-    """Generalisation rules whose labels are right less often are left out."""
+    """A generalisation rule is left out if a smaller share of its labels is right."""
     active: ActiveConfig = field(
         default_factory=lambda: ActiveConfig(
             initial=TrainingConfig(iterations=3000, bellman_weight=10.0, bellman_delta=0.05),
@@ -52,7 +52,7 @@ class LearningConfig:
             state_preferences=False,
         )
     )
-    """Training, queries and advice."""
+    """What the learner asks about, what it makes of advice, and its network."""
 
 
 @dataclass(frozen=True)

@@ -23,22 +23,22 @@ class TeacherConfig:
     """Who demonstrates, and the hidden reward of the simulated mind, in units of the goal's."""
 
     demonstrator: Literal["oracle", "recorded"] = "oracle"
-    """Who shows what to do: the simulated mind, or a recording, which can answer for the states
-    it holds. The expert, and what the policy is judged by, are the simulated mind's either way."""
+    """Who shows what to do: a simulated mind, or a recording of answers for the states it holds.
+    The expert, and what the policy is judged by, are the simulated mind's either way."""
     recording: Path | None = None
-    """The recording: a CSV file with the columns of the task data's ``demonstrations.csv``."""
+    """The recording: a CSV file with the columns of demonstrations.csv in the task data."""
     action_cost: float = 0.01
-    """Of each action."""
+    """What each action costs."""
     discomfort: float = 0.05
-    """Of entering a pose that §5.10.1 calls less comfortable."""
+    """What it costs to enter a pose that §5.10.1 calls less comfortable."""
     surprise: float = 0.5
-    """Of an action, times the probability that its likeliest outcome does not come. A turn that
-    leaves the cube halfway between two orientations is a toss-up, and what follows from there
-    is not what the state's name says: a person would not demonstrate it."""
+    """What an action costs, times the probability that its likeliest outcome does not come.
+    A turn that leaves the cube halfway between two orientations is such a toss-up.
+    A person would not show it: what follows is not what the state's name says."""
     tolerance: float = 0.005
-    """Difference of value below which two actions are equally good: half an action's cost."""
+    """Two actions are equally good if their values differ by less; half an action's cost."""
     label_noise: float = 0.0
-    """Probability of a wrong label."""
+    """The probability that a demonstrated label is wrong."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,43 +46,44 @@ class Config:
     """Learn grid-world policies from four corner-to-goal trajectories."""
 
     sizes: tuple[int, ...] = (7, 25)
-    """Cells a side; odd if the goal is at the centre. The thesis also has 35 and 101."""
+    """The sides of the grids in cells, odd if the goal is at the centre.
+    The thesis also has 35 and 101."""
     seeds: tuple[int, ...] = (0, 1, 2)
-    """One run each, per size."""
+    """The seeds: of each there is one run per size."""
     seed: int = 0
-    """Added to every one of the seeds."""
+    """A number that is added to each of the seeds."""
     trajectories: Literal["diagonal", "border"] = "diagonal"
-    """Along the diagonals, or along the edge and straight in."""
+    """Where demonstrations lead: along the diagonals, or along the edge and straight in."""
     goal: Literal["centre", "offset", "corner"] = "centre"
-    """The middle cell, the cell (n // 4, 2n // 3), or the cell (0, 0)."""
+    """Where the goal is: the middle cell, the cell (n // 4, 2n // 3), or the cell (0, 0)."""
     state_preferences: bool = False
-    """Prefer the goal and avoid the cells at the limits, ±20 % of the learnt value."""
+    """Whether the goal is preferred and the limits are avoided, ±20 % of the learnt value."""
     additive: bool = True
-    """Also train additive networks, tanh(g(x) + h(y)), reported as rows_additive."""
+    """Whether additive networks, tanh(g(x) + h(y)), are trained too; reported as rows_additive."""
     iterations: int = 2000
-    """Training iterations."""
+    """How many iterations the training has."""
     step: float = 1e-3
-    """Adam's step, decaying to 0 on a cosine."""
+    """The step of Adam, which decays to 0 on a cosine."""
     beta_per_cell: float = 10.0
-    """Inverse temperature per cell of the side: β = 10 n."""
+    """The inverse temperature per cell of the side: by default β = 10 n."""
     hidden: tuple[int, ...] = (32, 32)
-    """Widths of the hidden layers."""
+    """The widths of the hidden layers."""
     hard: bool = False
-    """Also learn the hard cases: a goal at a corner, walls, wrong actions, an unseen quadrant."""
+    """Whether to learn the hard cases: a goal at a corner, walls, wrong actions, unseen parts."""
     hard_size: int = 25
-    """Cells a side of the hard cases, odd."""
+    """The side of the hard cases in cells, odd."""
     hard_seeds: int = 10
-    """Runs of each hard case and kind of help, from seed on."""
+    """How many runs there are of each hard case and kind of help, from the seed on."""
     wrong: tuple[float, ...] = (0.1, 0.3)
-    """Shares of wrong actions among the demonstrated ones."""
+    """Which shares of the demonstrated actions are wrong in the hard cases of that kind."""
     queries: int = 8
-    """Queries where the hard cases have help by queries, each answered with a trajectory."""
+    """How many queries help in the hard cases that have them, each answered with a trajectory."""
     state_query: str = "visitation_entropy"
-    """Which state a query is about, a name in irl.queries.STATE_STRATEGIES without committee."""
+    """Which state a query is about: a name in irl.queries.STATE_STRATEGIES without a committee."""
     workers: int = 1
-    """Processes; the results do not depend on it, times may."""
+    """How many processes; the results do not depend on it, times may."""
     out: Path = field(default_factory=lambda: Path("out/gridworld"))
-    """Where results go."""
+    """The folder that the results are written to."""
 
     @property
     def settings(self) -> Settings:

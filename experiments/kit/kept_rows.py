@@ -6,6 +6,7 @@ from typing import Any
 from experiments.kit.command import Output
 from irl.errors import InputError
 from irl.formats import read_json, write_json
+from irl.identity import require_same_work
 
 KEPT = "measured.json"
 
@@ -33,17 +34,12 @@ class KeptRows:
         if not self._path.exists():
             return
         kept = read_json(self._path)
-        if not isinstance(kept, dict) or any(name not in kept for name in ("config", "rows")):
+        fields = kept if isinstance(kept, dict) else {}
+        if not (isinstance(fields.get("config"), dict) and isinstance(fields.get("rows"), list)):
             raise InputError(
-                f"{self._path}: fields 'config' and 'rows' wanted; remove it to start anew"
+                "fields 'config' and 'rows' are needed; delete it", place=str(self._path)
             )
-        for name, value in self._identity.items():
-            there = kept["config"].get(name)
-            if there != value:
-                raise InputError(
-                    f"{self._path}: an unfinished run whose {name} is {there}, here it is {value}; "
-                    "run with the former settings, or remove the file to start anew"
-                )
+        require_same_work(self._path, kept["config"], self._identity)
         self.rows = kept["rows"]
 
     def add(self, row: dict[str, Any]) -> None:

@@ -31,28 +31,28 @@ from models.task.spaces import GRIPPER_NAMES, POSITIONS
 
 @dataclass(frozen=True)
 class Config:
-    """Build the reachability map and plan every action at the cells' middles."""
+    """Build the reachability map, and plan every action at the middles of the cells."""
 
     robot: Literal["gen3", "gen3_lite"] = "gen3"
-    """Which arm; the Gen3 Lite has the thesis' grid only."""
+    """Which arm is meant; the Gen3 Lite has the thesis' grid only."""
     grid: Literal["thesis", "workspace"] = "thesis"
-    """Which poses: the task's own, with those that its motions need; or voxels all around."""
+    """Which poses are tried: the task's own with those of its motions, or voxels all around."""
     low: tuple[float, float, float] = Grid.low
-    """Workspace: centre of the first voxel (x, y, z) [m]."""
+    """On the workspace grid: the centre of the first voxel (x, y, z) [m]."""
     high: tuple[float, float, float] = Grid.high
-    """Workspace: centre of the last voxel [m]."""
+    """On the workspace grid: the centre of the last voxel [m]."""
     spacing: float = Grid.spacing
-    """Workspace: edge of a voxel [m]."""
+    """On the workspace grid: the edge of a voxel [m]."""
     margin: float = MARGIN
-    """Workspace: smallest allowed distance [m]."""
+    """On the workspace grid: the smallest distance allowed between the arm and other things [m]."""
     workers: int = 1
-    """Workspace: processes; the map is the same whatever their number."""
+    """On the workspace grid: how many processes; the map is the same whatever their number."""
     audit: int = 0
-    """Workspace: random poses to check the map with, by Drake alone; 0 leaves the audit out."""
+    """On the workspace grid: how many random poses Drake alone checks the map with; 0 for none."""
     seed: int = 0
-    """Of the random starting points of inverse kinematics, and of the audit."""
+    """The seed of the random starting points of inverse kinematics, and of the audit."""
     out: Path = Path("out/reachability")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from experiments.kit.executors import run_jobs, start_workers
 from irl.errors import InputError
 from irl.files import atomic_path
 from irl.formats import read_json, read_npz, write_json, write_npz
+from irl.identity import require_same_work
 from models.errors import ModelError
 from models.maps.workspace import FAILURES, Decisions, Grid, WorkspaceSolver
 from models.maps.workspace_map import WorkspaceMap
@@ -116,13 +117,10 @@ def _open(plan: Plan, folder: Path) -> None:
             write_json(temporary, wanted)
         return
     found = read_json(path)
-    for name, value in wanted.items():
-        if not isinstance(found, dict) or found.get(name) != value:
-            there = found.get(name) if isinstance(found, dict) else found
-            raise InputError(
-                f"{path}: field {name!r} is {there}, this run's is {value}; "
-                f"run with the former settings, or remove {folder} to start anew"
-            )
+    if not isinstance(found, dict):
+        raise InputError(f"a plan's fields are needed; delete {folder}", place=str(path))
+    remedy = f"run with the former settings, delete {folder}, or name another folder"
+    require_same_work(path, found, wanted, remedy)
 
 
 def decide_chunk(plan: Plan, start: int, stop: int) -> dict[str, np.ndarray]:

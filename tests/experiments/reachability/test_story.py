@@ -104,7 +104,7 @@ def test_another_plan_or_model_is_not_resumed(tmp_path, monkeypatch, change, fie
     if not change:
         monkeypatch.setattr(workspace_run, "description_hash", lambda: "0" * 64)
     other = Plan(**{"grid": GRID, "chunk": 100, **change})
-    with pytest.raises(InputError, match=rf"run.json: field '{field}'"):
+    with pytest.raises(InputError, match=rf"run.json: kept by other work.* {field} "):
         compute(other, tmp_path, workers=1)
 
 

@@ -59,7 +59,7 @@ def test_points_that_were_kept_are_not_tried_again(swept, output):
     assert kept.rows == swept
     nobody = Workers(None, lambda: 0)
     assert run_sweep(QUIET, ANGLES, 1, 0, nobody, kept) == swept
-    with pytest.raises(InputError, match=r"measured\.json: .* angles is None, here it is 3"):
+    with pytest.raises(InputError, match=r"measured\.json: .* angles \(nothing there, 3 here\)"):
         KeptRows(output, {"angles": 3})
     kept.forget()
     assert KeptRows(output, {"angles": 3}).rows == []

@@ -6,7 +6,6 @@
 import ast
 import pkgutil
 import re
-import sys
 import textwrap
 import types
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from experiments.kit.command import Output, execute
 from irl.errors import InputError
@@ -21,12 +21,10 @@ from irl.files import atomic_path
 
 # As data flow: the robot and its task, its physics, learning, and the stories told of all three.
 PACKAGES = ("models", "diagrams", "irl", "experiments")
-# Programs of another virtual environment, which import what is not installed here.
-LEFT_OUT = ("experiments.bench.peers",)
 # A script, which would run if it were imported.
 TUTORIAL = "experiments.tutorial"
 # A line of code, 100 characters at most, fits the page.
-STYLE = "@media (min-width: 770px) { main.pdoc { width: calc(66rem + var(--sidebar-width)); } }"
+STYLE = "@media (min-width: 770px) { main.pdoc { width: calc(68rem + var(--sidebar-width)); } }"
 
 FRONT = """
 Teach a robot arm to regrasp and place a cube, from a few demonstrations and pieces of advice.
@@ -94,6 +92,16 @@ def rooms(package: str) -> list[str]:
     return [f"{package}.{name}" for name in order]
 
 
+def modules_of(package: str) -> list[str]:
+    """A package and all that is in it, in reading order."""
+    names = [package]
+    for room in rooms(package):
+        spec = find_spec(room)
+        inside = spec is not None and spec.submodule_search_locations is not None
+        names += modules_of(room) if inside else [room]
+    return names
+
+
 def room_map(packages: Sequence[str] = PACKAGES) -> str:
     """The front page in Markdown: for each package a line, and a row for each of its rooms."""
 
@@ -152,27 +160,37 @@ def build(folder: Path, packages: Sequence[str] = PACKAGES) -> int:
     except ImportError as error:
         raise InputError("docs: needs pdoc; install it with pip install '.[dev]'") from error
     pdoc.render.configure(docformat="google", footer_text="active-advice-irl")
-    templates = pdoc.render.env
-    assert templates.loader is not None
-    templates.loader = jinja2.ChoiceLoader(
-        [jinja2.DictLoader({"custom.css": STYLE}), templates.loader]
-    )
-    convert = pdoc.docstrings.convert
-    pdoc.docstrings.convert = lambda text, *rest: convert(literal_blocks(text), *rest)
-    wanted = [*packages, *(f"!{name}" for name in LEFT_OUT)]
-    sys.modules[TUTORIAL] = types.ModuleType(TUTORIAL, lesson(_source(TUTORIAL)))
-    try:
-        pdoc.pdoc(*wanted, output_directory=folder)
-        modules = {
-            name: pdoc.doc.Module.from_name(name) for name in pdoc.extract.walk_specs(wanted)
-        }
-    finally:
-        pdoc.docstrings.convert = convert
-        del sys.modules[TUTORIAL]
+    pages = pdoc.render.env
+    assert pages.loader is not None
+    pages.loader = jinja2.ChoiceLoader([jinja2.DictLoader({"custom.css": STYLE}), pages.loader])
+
+    def document(name: str) -> pdoc.doc.Module:
+        if name == TUTORIAL:
+            return pdoc.doc.Module(types.ModuleType(name, lesson(_source(name))))
+        module = pdoc.doc.Module.from_name(name)
+        for handed_on in getattr(module.obj, "__all__", ()):
+            getattr(module.obj, handed_on)  # what loads on first use is not there for pdoc before
+        return module
+
+    modules = {name: document(name) for package in packages for name in modules_of(package)}
+    for name, module in modules.items():
+        # By itself, pdoc imports what is inside, or lists what __all__ names and so no module.
+        module.__dict__["submodules"] = [
+            inner for other, inner in modules.items() if other.rpartition(".")[0] == name
+        ]
     front = pdoc.doc.Module(types.ModuleType("active-advice-irl", room_map(packages)))
-    # Written last: who finds it finds what it links to.
-    with atomic_path(folder / "index.html") as path:
-        path.write_text(pdoc.render.html_module(front, modules), encoding="utf-8")
+    convert = pdoc.docstrings.convert
+    with patch.object(
+        pdoc.docstrings, "convert", lambda text, *rest: convert(literal_blocks(text), *rest)
+    ):
+        for name, module in modules.items():
+            path = folder / f"{name.replace('.', '/')}.html"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(pdoc.render.html_module(module, modules), encoding="utf-8")
+        (folder / "search.js").write_text(pdoc.render.search_index(modules), encoding="utf-8")
+        # Last: who finds it finds what it links to.
+        with atomic_path(folder / "index.html") as path:
+            path.write_text(pdoc.render.html_module(front, modules), encoding="utf-8")
     return len(modules)
 
 

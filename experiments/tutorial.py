@@ -23,9 +23,8 @@ import numpy as np
 import torch
 from matplotlib.figure import Figure
 
-from irl.demonstrations import Demonstrations
+from irl import Demonstrations, learn
 from irl.domains.gridworld import MOVES, GridWorld, goal_cell
-from irl.methods import learn
 
 torch.set_num_threads(1)  # the networks are small: a second thread costs more than it brings
 OUT = Path("out/tutorial")
@@ -103,7 +102,7 @@ for name in ("planning", "behaviour_cloning"):
 # %%
 from itertools import product
 
-from irl.mdp import TransitionModel
+from irl import TransitionModel
 
 STAGES = ("seed", "leaves", "flower", "ripe")
 SOIL = ("dry", "moist", "wet")
@@ -172,7 +171,7 @@ features = np.array([[float(word in state) for word in WORDS] for state in STATE
 # What is known before anyone demonstrates is a `LearningProblem`. It has no goal and no reward.
 
 # %%
-from irl.problem import LearningProblem
+from irl import LearningProblem
 
 problem = LearningProblem(
     model,
@@ -194,7 +193,7 @@ first_morning = [
 # the method `advise`. This person answers one state at a time, and says nothing about a ripe plant.
 
 # %%
-from irl.demonstrators import ClusterAdvice
+from irl import ClusterAdvice
 
 ANSWERS = [  # soil, sky → what the gardener does
     ("dry", "sun", "water"),
@@ -243,14 +242,12 @@ class Gardener:
 # the probability of a ripe plant within eight days.
 
 # %%
-from irl.active import ActiveConfig, Progress, active_fa_mlirl
-from irl.metrics import success_mdp
-from irl.teacher import Teacher
-from irl.training import TrainingConfig
+from irl import ActiveConfig, Teacher, TrainingConfig, active_fa_mlirl, success_mdp
+from irl.active import Progress
 
 RIPE = np.array([k for k, state in enumerate(STATES) if state[0] == "ripe"])
 START = np.array([STATES.index(("seed", "dry", "sun"))])
-success = []
+success: list[float] = []
 
 
 def follow(progress: Progress) -> None:
@@ -280,7 +277,7 @@ print(f"ripe within eight days: {success[0]:.0%} before any question, {success[-
 # and reaches the same share or nearly so:
 
 # %%
-from irl.demonstrators import OracleDemonstrator
+from irl import OracleDemonstrator
 
 planner = OracleDemonstrator(model, RIPE, gamma=0.9)
 best = success_mdp(model, planner.optimal_actions.argmax(axis=1), RIPE, START, horizon=8)

@@ -3,16 +3,16 @@
 Knows nothing of robots: transition models and demonstrations in, policies out. Needs torch, numpy
 and scipy. What a user needs is here, loaded when first used:
 
-==============================  ====================================================================
-`TaskData`, `load_task`, …      a task as a folder of plain files, or made in Python
-`LearningProblem`               what is known before anyone demonstrates
-`Demonstrations`                labelled pairs of state and action
-`Teacher`                       who answers questions: a demonstrator, an expert
-`active_fa_mlirl`               thesis Algorithm 4.1: learn, ask for what is least certain, learn
-`learn`, `METHODS`              that method without questions, and every other, called alike
-`Policy`, `save_policy`, …      what comes of it
-`success_mdp`                   how good it is
-==============================  ====================================================================
+| name | what it is for |
+|---|---|
+| `TaskData`, `load_task`, … | a task as a folder of plain files, or made in Python |
+| `LearningProblem` | what is known before anyone demonstrates |
+| `Demonstrations` | labelled pairs of state and action |
+| `Teacher` | who answers questions: a demonstrator, an expert |
+| `active_fa_mlirl` | thesis Algorithm 4.1: learn, ask for what is least certain, learn |
+| `learn`, `METHODS` | that method without questions, and every other, called alike |
+| `Policy`, `save_policy`, … | what comes of it |
+| `success_mdp` | how good it is |
 
 >>> import numpy as np
 >>> from irl import Demonstrations, TransitionModel, learn
@@ -25,6 +25,14 @@ and scipy. What a user needs is here, loaded when first used:
 >>> learnt = learn("planning", model, shown, gamma=0.9, rng=np.random.default_rng(0))
 >>> learnt.q.argmax(axis=1)  # rooms 4 and 5 were never shown
 array([1, 1, 1, 2, 0, 0])
+
+The modules in reading order. A task: `mdp`, `task`, `task_data`, `gymnasium_interop`, `domains`.
+Teaching: `demonstrations`, `demonstrators`, `generalisation`, `collection`, `teacher`, `problem`.
+The network and its training: `vr_function`, `likelihood`, `neighbourhood`, `bellman`, `optimizers`,
+`training`, `function_approx`. Questions and advice: `uncertainty`, `queries`, `committee`,
+`clusters`, `preferences`, `advice`, `active`, `active_state`. Every method: `methods`,
+`method_inputs`, `method_iterations`, `baselines`. Judging: `planning`, `metrics`, `policy`. The
+rest is small tools: files, hashes, checks.
 """
 
 from importlib import import_module

@@ -9,21 +9,19 @@ A transition model will do in place of a learning problem, with features and a d
 
 What the methods make of the same arguments:
 
-=================  ==========================================================  =================
-key                learns                                                      features
-=================  ==========================================================  =================
-fa_mlirl           a VR network f (3.15), likelihood (3.19)                    network's input
-max_ent            a reward per state, maximum causal entropy                  unused
-deep_max_ent       a reward network, maximum causal entropy                    network's input
-bellman_gradient   a reward per state, smoothed Bellman equation               unused
-linear_mlirl       a reward per state, likelihood (3.13) of Boltzmann choices  unused
-lp                 a reward per state, largest margins (3.7)                   unused
-lp_advice          a reward per state, margins and advice (3.9)                unused
-lp_basis           R = Φ ω, largest margins (3.12)                             where Φ has bumps
-birl               a reward per state, mean of its posterior                   unused
-behaviour_cloning  no reward: a softmax of the demonstrated actions            classifier's input
-planning           a sparse reward per state, soft planning                    unused
-=================  ==========================================================  =================
+| key | learns | features |
+|---|---|---|
+| fa_mlirl | a VR network f (3.15), likelihood (3.19) | network's input |
+| max_ent | a reward per state, maximum causal entropy | unused |
+| deep_max_ent | a reward network, maximum causal entropy | network's input |
+| bellman_gradient | a reward per state, smoothed Bellman equation | unused |
+| linear_mlirl | a reward per state, likelihood (3.13) of Boltzmann choices | unused |
+| lp | a reward per state, largest margins (3.7) | unused |
+| lp_advice | a reward per state, margins and advice (3.9) | unused |
+| lp_basis | R = Φ ω, largest margins (3.12) | where Φ has bumps |
+| birl | a reward per state, mean of its posterior | unused |
+| behaviour_cloning | no reward: a softmax of the demonstrated actions | classifier's input |
+| planning | a sparse reward per state, soft planning | unused |
 
 Φ of (3.12) is the option ``basis`` if given, one indicator per state on small tasks, and Gaussian
 bumps over the features on large ones. Action values are optimal for the reward learnt, (3.1)–(3.3).

@@ -3,7 +3,16 @@ import sys
 
 import pytest
 
-from experiments.docs import PACKAGES, build, docstring, lesson, literal_blocks, room_map, rooms
+from experiments.docs import (
+    PACKAGES,
+    build,
+    docstring,
+    lesson,
+    literal_blocks,
+    modules_of,
+    room_map,
+    rooms,
+)
 
 
 def test_the_front_page_has_a_row_for_every_room():
@@ -26,6 +35,7 @@ def test_rooms_come_as_the_docstring_names_them(tmp_path, monkeypatch):
     (package / "__init__.py").write_text('"""Enter by the `hall`, then `cellar`."""\n')
     monkeypatch.syspath_prepend(tmp_path)
     assert rooms("house") == ["house.hall", "house.cellar", "house.attic"]
+    assert modules_of("house") == ["house", *rooms("house")]
     assert docstring("house.hall") == "The hall."
     assert "house.hall" not in sys.modules  # read, not run
 
@@ -42,6 +52,14 @@ def test_drawings_keep_their_lines():
     assert "All of them, in order:\n\n```text\nb\n```" in text
     assert "::" not in text
     assert literal_blocks("f(x::y)") == "f(x::y)\n"
+
+
+def test_what_has_a_page():
+    names = [name for package in PACKAGES for name in modules_of(package)]
+    assert len(names) == len(set(names))
+    assert {"irl", "irl.active", "irl.baselines.birl", "models.motion.planner"} <= set(names)
+    # Programs of another environment, which import what is not installed here.
+    assert not [name for name in names if "peers" in name or "__main__" in name]
 
 
 def test_pages_need_no_network(tmp_path):

@@ -2,6 +2,8 @@
 
 The task is a machine that makes a batch of parts and wears. Copy ``workshop``, replace what is the
 machine's, and the rest works as it stands: nothing below it knows what the task is about.
+
+.. include:: own_task.md
 """
 
 from dataclasses import dataclass, field
@@ -79,7 +81,7 @@ def workshop(parts: int = 12, worn_out: int = 4) -> TaskData:
         features={"levels": np.stack([made / parts, wear / worn_out], axis=1)},
         clusters={"worn out": np.flatnonzero(wear == worn_out)},
         preferred=np.flatnonzero(made == parts),
-        avoided=np.flatnonzero(wear == worn_out),
+        avoided=np.flatnonzero((wear == worn_out) & (made < parts)),
     )
 
 

@@ -1,1 +1,4 @@
-"""The transition model: trials, coverage, export, and how far to trust it."""
+"""The transition model: trials, coverage, export, and how far to trust it.
+
+.. include:: many_machines.md
+"""

@@ -13,8 +13,10 @@ from irl.task_data import EVIDENCE, load_task
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_the_readme_shows_this_very_task():
-    assert inspect.getsource(workshop) in (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_page_shows_this_very_task():
+    assert inspect.getsource(workshop) in (ROOT / "experiments/own_task.md").read_text(
+        encoding="utf-8"
+    )
 
 
 def test_what_the_machine_can_do():

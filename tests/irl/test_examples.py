@@ -1,4 +1,4 @@
-"""The examples that a reader copies: the README's Python, and the package's docstring."""
+"""The examples that a reader copies: Python in the README and in pages, and irl's docstring."""
 
 import doctest
 import os
@@ -15,13 +15,15 @@ from irl.methods import METHODS
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def section(title: str) -> str:
-    """All Python of one section of the README, in order."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    (body,) = re.findall(rf"^## {title}\n(.*?)(?=^## |\Z)", text, re.DOTALL | re.MULTILINE)
-    blocks = re.findall(r"^```python\n(.*?)^```", body, re.DOTALL | re.MULTILINE)
-    assert blocks
-    return "\n".join(blocks)
+def blocks(page: str, section: str | None = None) -> str:
+    """All Python of a page, or of one section of it, in order."""
+    body = (ROOT / page).read_text(encoding="utf-8")
+    if section is not None:
+        found = re.findall(rf"^## {section}\n(.*?)(?=^## |\Z)", body, re.DOTALL | re.MULTILINE)
+        (body,) = found
+    python = re.findall(r"^```python\n(.*?)^```", body, re.DOTALL | re.MULTILINE)
+    assert python
+    return "\n".join(python)
 
 
 def run(code: str, folder: Path) -> str:
@@ -45,8 +47,16 @@ def test_the_packages_own_example():
     assert found.failed == 0
 
 
+def test_the_method_in_ten_lines():
+    code = blocks("README.md", "The method")
+    assert len(code.partition("\n\nrng = ")[2].splitlines()) == 10
+    # It names the shipped task by its place in a checkout, and leaves nothing there.
+    assert float(run(code, ROOT)) > 0.97
+    assert "0.995" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
 def test_a_task_of_ones_own(tmp_path):
-    printed = run(section("Bring your own task"), tmp_path)
+    printed = run(blocks("experiments/own_task.md"), tmp_path)
     lines = {line.split()[0]: float(line.split()[1].rstrip("%")) for line in printed.splitlines()}
     assert lines.keys() == METHODS.keys()
     # Within 20 actions the demonstrator's own share is 95 %, and acting at random makes 5 %.
@@ -57,12 +67,10 @@ def test_a_task_of_ones_own(tmp_path):
 
 def test_gymnasium_in_the_readme(tmp_path):
     pytest.importorskip("gymnasium")
-    printed = run(section("Use the learning library alone"), tmp_path)
+    printed = run(blocks("README.md", "Use the learning library alone"), tmp_path)
     assert printed.startswith("-13.0 ")
 
 
-def test_every_python_block_is_run_here():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    sections = ("Bring your own task", "Use the learning library alone")
-    blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
-    assert "\n".join(blocks) == "\n".join(section(title) for title in sections)
+def test_every_python_block_of_the_readme_is_run_here():
+    sections = ("The method", "Use the learning library alone")
+    assert blocks("README.md") == "\n".join(blocks("README.md", title) for title in sections)

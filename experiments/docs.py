@@ -24,7 +24,7 @@ PACKAGES = ("models", "diagrams", "irl", "experiments")
 # A script, which would run if it were imported.
 TUTORIAL = "experiments.tutorial"
 # A line of code, 100 characters at most, fits the page.
-STYLE = "@media (min-width: 770px) { main.pdoc { width: calc(68rem + var(--sidebar-width)); } }"
+STYLE = "@media (min-width: 770px) { main.pdoc { width: calc(70rem + var(--sidebar-width)); } }"
 
 FRONT = """
 Teach a robot arm to regrasp and place a cube, from a few demonstrations and pieces of advice.
@@ -83,7 +83,7 @@ def rooms(package: str) -> list[str]:
     """
     spec = find_spec(package)
     assert spec is not None and spec.submodule_search_locations is not None
-    text = docstring(package)
+    text = docstring(package).replace(f"`{package}.", "`")
     found = {}
     for module in pkgutil.iter_modules(spec.submodule_search_locations):
         if not module.name.startswith("_"):
@@ -169,7 +169,8 @@ def build(folder: Path, packages: Sequence[str] = PACKAGES) -> int:
             return pdoc.doc.Module(types.ModuleType(name, lesson(_source(name))))
         module = pdoc.doc.Module.from_name(name)
         for handed_on in getattr(module.obj, "__all__", ()):
-            getattr(module.obj, handed_on)  # what loads on first use is not there for pdoc before
+            # What loads on first use is not there for pdoc before.
+            setattr(module.obj, handed_on, getattr(module.obj, handed_on))
         return module
 
     modules = {name: document(name) for package in packages for name in modules_of(package)}

@@ -32,7 +32,7 @@ def test_rooms_come_as_the_docstring_names_them(tmp_path, monkeypatch):
     package.mkdir()
     for name in ("attic", "cellar", "hall", "_dust", "__main__"):
         (package / f"{name}.py").write_text(f'"""The {name}."""\n')
-    (package / "__init__.py").write_text('"""Enter by the `hall`, then `cellar`."""\n')
+    (package / "__init__.py").write_text('"""Enter by the `hall`, then `house.cellar`."""\n')
     monkeypatch.syspath_prepend(tmp_path)
     assert rooms("house") == ["house.hall", "house.cellar", "house.attic"]
     assert modules_of("house") == ["house", *rooms("house")]

@@ -112,6 +112,22 @@ def test_the_torch_of_the_readme_is_the_pinned_one():
     assert f"pip install torch=={pinned} --index-url" in (ROOT / "README.md").read_text()
 
 
+def test_everything_in_the_packages_is_installed():
+    globs = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    for package in ("irl", "models", "diagrams", "experiments"):
+        folder = ROOT / package
+        patterns = globs["package-data"]["*"] + globs["package-data"].get(package, [])
+        shipped = {path for pattern in patterns for path in folder.glob(pattern)}
+        others = {
+            path
+            for path in folder.rglob("*")
+            # The programs that speed is compared with are for a checkout.
+            if path.is_file() and path.suffix not in {".py", ".pyc"} and "peers" not in path.parts
+        }
+        assert others <= shipped
+        assert (folder / "py.typed").is_file()
+
+
 def test_there_is_one_version():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert project["dynamic"] == ["version"]

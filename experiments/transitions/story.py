@@ -131,7 +131,10 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
         print_two_turns(result["two_turns"])
     if isinstance(config, Export):
         result["task_hash"] = save_task(task_data(database, entries), config.to)
-        print(f"task data in {config.to}")
+        print(
+            f"task data in {config.to}; its demonstrations.csv has a header alone, for the model "
+            "comes without any: whoever learns asks a teacher"
+        )
         if config.tables:
             save_tables(entries, output)
         if config.archive is not None:

@@ -15,12 +15,7 @@ import torch
 
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
-from experiments.grasping.playing import (
-    check_max_actions,
-    draw_starts,
-    play_episodes,
-    summary,
-)
+from experiments.grasping.playing import check_max_actions, draw_starts, play_episodes, summary
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute

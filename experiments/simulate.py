@@ -7,12 +7,7 @@ from typing import Any
 import numpy as np
 
 from diagrams.policy_run import Played
-from experiments.grasping.playing import (
-    check_max_actions,
-    draw_starts,
-    play_episodes,
-    summary,
-)
+from experiments.grasping.playing import check_max_actions, draw_starts, play_episodes, summary
 from experiments.kit.command import Output, execute
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.errors import InputError
@@ -55,7 +50,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     policy = load_policy(config.policy, task.task_hash)
     starts = draw_starts(task, config.starts, config.seed)
     if not 0.0 <= config.disturbance < np.inf:
-        raise InputError(f"--disturbance {config.disturbance}: give a distance of 0 or more metres")
+        raise InputError(f"--disturbance: must be ≥ 0 and finite [m], is {config.disturbance}")
     check_max_actions(config.max_actions)
     played = play_episodes(
         policy.action,

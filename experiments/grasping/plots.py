@@ -20,7 +20,7 @@ from models.task.spaces import N_FREE, N_ORIENTATIONS, N_XY, N_YAWS
 
 SUCCESS, ACCURACY = "#2166ac", "#b35806"
 # Nothing red, which would look like a warning; neighbours differ in hue or lightness.
-COLOURS = [colour for k, colour in enumerate(colormaps["tab20"].colors) if k not in (6, 7)]
+COLOURS = np.delete(colormaps["tab20"](np.arange(20))[:, :3], (6, 7), axis=0)
 
 
 def plot_learning(figure: Figure, learnt: Learnt, assessment: Assessment) -> None:

@@ -50,6 +50,7 @@ BOTH = Annotated[Learn, tyro.conf.subcommand("learn")] | Annotated[Play, 0]
         ("budget: must be ≥ 0, is -1", "--budget: must be ≥ 0, is -1"),
         ("budget must be ≥ 0", "--budget must be ≥ 0"),
         ("learning: budget is -1; give more", "--budget is -1; give more"),
+        ("later: budget: must be ≥ 0", "--budget: must be ≥ 0"),
         ("step: must be > 0", "step: must be > 0"),  # either could be meant
         ("map.csv: budget is -1", "map.csv: budget is -1"),
         ("budget goes where it will", "budget goes where it will"),

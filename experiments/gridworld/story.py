@@ -38,7 +38,7 @@ from irl.preferences import StatePreferences
 from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES
 
 PUBLISHED = {7: 0.0106, 25: 0.0377, 35: 0.0541, 101: 0.0845}
-"""Seconds an iteration by side, thesis Table 6.2; 2000 iterations, on hardware that is not named."""
+"""Seconds an iteration by side, thesis Table 6.2; 2000 iterations, on unnamed hardware."""
 
 
 @dataclass

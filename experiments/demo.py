@@ -15,12 +15,7 @@ import torch
 
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
-from experiments.grasping.playing import (
-    check_max_actions,
-    draw_starts,
-    play_episodes,
-    summary,
-)
+from experiments.grasping.playing import check_max_actions, draw_starts, play_episodes, summary
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
@@ -115,7 +110,7 @@ def print_table(assessment: Assessment, physics: dict[str, Any], folder: Path) -
 
     def share(value: Share) -> str:
         low, high = value.interval
-        return f"{value.value:6.1%}   [{low:.1%}, {high:.1%}]"
+        return f"{value.value:6.1%}   [{low:.0%}, {high:.0%}]"
 
     rows = [
         ("states demonstrated", f"{assessment.demonstrated_fraction:6.2%}"),

@@ -6,17 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from experiments.grasping.playing import (
-    check_max_actions,
-    draw_starts,
-    play_episodes,
-    summary,
-)
+from diagrams.policy_run import Played
+from experiments.grasping.playing import check_max_actions, draw_starts, play_episodes, summary
 from experiments.kit.command import Output, execute
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.errors import InputError
 from irl.policy import load_policy
 from irl.task_data import load_task
+from models.task import words
 
 
 @dataclass(frozen=True)
@@ -39,13 +36,21 @@ class Config:
     """The folder that the results are written to."""
 
 
+def print_episodes(played: list[Played]) -> None:
+    """Say each episode in a person's words: where it started, how it ended, what was done."""
+    for each in played:
+        print(f"{words.describe_state(each.start)}: {each.reason or each.episode.verdict}")
+        for step in each.episode.steps:
+            print(f"    {words.describe_action(step.action)}")
+
+
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Load, draw starts, play, count."""
     task = load_task(config.task)
     policy = load_policy(config.policy, task.task_hash)
     starts = draw_starts(task, config.starts, config.seed)
     if not 0.0 <= config.disturbance < np.inf:
-        raise InputError(f"--disturbance {config.disturbance}: give a distance of 0 or more metres")
+        raise InputError(f"--disturbance: must be ≥ 0 and finite [m], is {config.disturbance}")
     check_max_actions(config.max_actions)
     played = play_episodes(
         policy.action,
@@ -58,10 +63,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         output=output,
     )
     result = summary(played)
-    for episode in result["episodes"]:
-        print(f"{episode['start']}: {episode['verdict']}")
-        for action in episode["actions"]:
-            print(f"    {action}")
+    print_episodes(played)
     print(f"{result['successes']} of {result['trials']} starts reached the goal")
     return {**result, "recording": "recording.html"}
 

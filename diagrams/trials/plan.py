@@ -28,14 +28,14 @@ class Plan:
     """When a class has had enough trials."""
 
     width: float = 0.3
-    """Widest 95 % interval of the most frequent outcome's probability that is good enough."""
+    """How wide the 95 % interval of the most frequent outcome's probability may be in the end."""
     block: int = 4
-    """Trials between two looks at it. A class has whole blocks only, so that what it has in the
-    end does not depend on the order in which trials ended."""
+    """How many trials lie between two looks at it. A class has whole blocks only.
+    So what it has in the end does not depend on the order in which trials ended."""
     least: int = 16
-    """Fewest trials of a class."""
+    """How many trials a class has at least."""
     most: int = 48
-    """Most trials of a class."""
+    """How many trials a class has at most."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be planned, by a ModelError that names the field and its choices."""

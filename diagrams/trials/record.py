@@ -19,25 +19,25 @@ class TrialConfig:
     """
 
     time_step: float = TIME_STEP
-    """Of the discrete solver [s]."""
+    """The time step of the discrete solver [s]."""
     position_sd: float = 0.002
-    """Of the cube's place against the gripper's target, in x and y [m]."""
+    """How far the cube lies off the gripper's target, in x and y: a standard deviation [m]."""
     yaw_sd: float = 0.05
-    """Of a free cube's yaw against its nominal orientation [rad]."""
+    """How far a free cube is turned off its orientation: a standard deviation [rad]."""
     tilt_sd: float = 0.02
-    """Of a held cube's turn about the closing axis, and of the gripper's tilt [rad]."""
+    """How far a held cube is turned in the pads, and the gripper tilted: likewise [rad]."""
     friction: tuple[float, float] = (0.6, 0.9)
-    """Range of the coefficient of friction of cube, pads and table, uniform."""
+    """The range of the coefficient of friction of cube, pads and table, drawn uniformly."""
     mass: tuple[float, float] = (0.08, 0.12)
-    """Range of the cube's mass, uniform [kg]."""
+    """The range of the cube's mass, drawn uniformly [kg]."""
     close_s: float = 1.3
-    """From the command to close until the lift [s]."""
+    """The time from the command to close until the lift [s]."""
     settle_s: float = 0.3
-    """Of rest after a motion, before the state is identified [s]."""
+    """The time of rest after a motion, before the state is identified [s]."""
     release_s: float = 1.6
-    """From the command to open until the gripper withdraws, wide open [s]."""
+    """The time from the command to open until the gripper withdraws, wide open [s]."""
     rest_limit_s: float = 3.0
-    """Longest wait for a released cube to come to rest [s]."""
+    """The longest wait for a released cube to come to rest [s]."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated, by a ModelError that names the field and its choices."""

@@ -11,16 +11,19 @@ from tqdm import tqdm
 
 from diagrams.camera import StillCamera
 from diagrams.policy_controller import Episode
-from diagrams.policy_run import TIME_LIMIT, Played, PolicyRun
+from diagrams.policy_run import Played, PolicyRun
 from experiments.kit.command import Output
 from irl.errors import InputError
 from irl.task_data import TaskData
 from models.motion.planner import ActionPlanner
+from models.task import words
 from models.task.spaces import Action
 from models.task.tables import describe_state
 
 PAUSE = 1.0
 """Between two episodes in a recording [s]."""
+BAR = "{desc}: {n_fmt} of at most {total_fmt} actions {bar} {elapsed}{postfix}"
+"""Progress of an episode; when it will end cannot be predicted."""
 
 
 def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) -> np.ndarray:
@@ -86,18 +89,17 @@ def play_episodes(
     time = 0.0
     for number, start in enumerate(starts):
         rng = np.random.default_rng([seed, number])
-        with tqdm(desc=f"episode {number + 1}/{len(starts)}", total=TIME_LIMIT, unit="s") as bar:
+        with tqdm(
+            desc=f"episode {number + 1}/{len(starts)}", total=max_actions, bar_format=BAR
+        ) as bar:
 
             def show(seconds: float, episode: Episode, bar: tqdm = bar) -> None:
-                bar.n = round(seconds, 1)
-                bar.set_postfix(actions=len(episode.steps), verdict=episode.verdict.value)
+                bar.n = len(episode.steps)
+                bar.set_postfix_str(f"{seconds:.0f} s simulated, {episode.verdict}")
 
             played.append(
                 run.play(int(start), rng, start_time=time, disturbance=disturbance, progress=show)
             )
-            # The limit is only an upper bound: an episode that ends is complete.
-            bar.total = bar.n
-            bar.refresh()
         time += played[-1].seconds + PAUSE
     meshcat.StopRecording()
     meshcat.PublishRecording()
@@ -141,10 +143,10 @@ def summary(played: list[Played]) -> dict[str, Any]:
 
 
 def draw_film_strip(figure: Figure, played: Played, camera: StillCamera) -> None:
-    """Draw the scene at the start and after each action, with its name."""
+    """Draw the scene at the start and after each action, in a person's words."""
     steps = played.episode.steps
-    titles = [f"start: {describe_state(played.start)}"]
-    titles += [str(Action.from_index(step.action)) for step in steps]
+    titles = [f"start: {words.describe_state(played.start)}".replace("; ", ";\n")]
+    titles += [f"{k}. {words.describe_action(step.action)}" for k, step in enumerate(steps, 1)]
     shown = played.postures[: len(titles)]
     columns = min(4, len(shown))
     rows = -(-len(shown) // columns)
@@ -155,4 +157,5 @@ def draw_film_strip(figure: Figure, played: Played, camera: StillCamera) -> None
     for axis, posture, title in zip(axes.flat, shown, titles, strict=False):
         axis.imshow(camera.picture(posture))
         axis.set_title(title, fontsize=9)
-    figure.suptitle(played.reason or f"{played.episode.verdict} after {len(steps)} actions")
+    many = "1 action" if len(steps) == 1 else f"{len(steps)} actions"
+    figure.suptitle(played.reason or f"{played.episode.verdict} after {many}")

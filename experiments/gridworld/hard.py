@@ -106,8 +106,8 @@ class Judged:
 
     Attributes:
         queries: answered so far.
-        accuracy: share of the cells whence the goal is reached.
-        shortest: share of the cells whence it is reached by a shortest way.
+        accuracy: share of the cells from which the goal is reached.
+        shortest: share of the cells from which it is reached by a shortest way.
         demonstrated: share of the cells labelled.
         policy: int8 ``[n_states]``.
         labelled: int64, the states labelled.

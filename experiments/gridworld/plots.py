@@ -227,7 +227,7 @@ def plot_hard(figure: Figure, rows: list[dict[str, Any]]) -> None:
 def plot_hard_policies(
     figure: Figure, hard: list[Case], rows: list[dict[str, Any]], runs: list[Judged]
 ) -> None:
-    """One policy for each hard case and kind of help; cells whence the goal is missed crossed."""
+    """One policy for each hard case and kind of help; cells that miss the goal are crossed."""
     helps = list(dict.fromkeys(map(_help, rows)))
     figure.set_size_inches(2.6 * len(hard), 2.9 * len(helps) + 0.5)
     grid = figure.subplots(len(helps), len(hard), squeeze=False)

@@ -38,7 +38,7 @@ from irl.preferences import StatePreferences
 from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES
 
 PUBLISHED = {7: 0.0106, 25: 0.0377, 35: 0.0541, 101: 0.0845}
-"""Seconds an iteration by side, thesis Table 6.2; 2000 iterations, hardware not told."""
+"""Seconds an iteration by side, thesis Table 6.2; 2000 iterations, on unnamed hardware."""
 
 
 @dataclass
@@ -211,7 +211,7 @@ def correction(config: Config, output: Output, over: Mapper) -> list[dict[str, A
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Learn every grid with every seed; plot and tabulate."""
-    worlds = checked_worlds(config)  # mistakes are told before any work begins
+    worlds = checked_worlds(config)  # mistakes are reported before any work begins
     with about("hard_size"):
         hard = cases(config.hard_size, config.trajectories, config.wrong) if config.hard else []
     with mapper(config.workers) as over:

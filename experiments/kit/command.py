@@ -1,4 +1,4 @@
-"""What every command shares: options in, results out, a user's mistake told in one line."""
+"""What every command shares: options in, results out, a user's mistake reported in one line."""
 
 import contextlib
 import dataclasses

@@ -23,6 +23,7 @@ _HINT = "Perhaps you meant:"
 _NESTED = re.compile(r"^Error parsing (?:[\w-]*dummy-inner[\w-]*\.)?([\w.-]+): ")
 _NAMED = (
     re.compile(r"^(?:\w+: )?(?P<name>\w+)(?= (?:is|must|are)\b| [-\d('\"])"),  # step is -1
+    re.compile(r"^\w+: (?P<name>\w+)(?=: )"),  # training: step: must be …
     re.compile(r"^(?P<name>\w+)(?=: )"),  # step: must be …
 )
 _PLAIN = (

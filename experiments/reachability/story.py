@@ -75,6 +75,8 @@ def workspace(config: Config, output: Output) -> dict[str, Any]:
     wall = perf_counter() - began
     with output.file(workspace_run.FILE) as path:
         workspace_run.write_map(the_map, config.margin, path)
+    # What follows shows the file, as whoever reads it will see it.
+    the_map = workspace_run.read_map(output.folder / workspace_run.FILE)
     began = perf_counter()
     with output.file(MAP) as path:
         workspace_csv.write_map(the_map, config.margin, path)

@@ -57,39 +57,39 @@ class Config:
     """Seek advice about sailing, and count the questions."""
 
     size: int = 6
-    """Waypoints a side; a state is a waypoint, a wind and a tack: 24 n² of them."""
+    """The lake's side in waypoints; a state is a waypoint, a wind and a tack: 24 n² of them."""
     delay: float = 3.0
-    """Minutes that a change between port and starboard tack takes."""
+    """How many minutes a change between port and starboard tack takes."""
     gamma: float = 0.95
-    """Discount factor a leg."""
+    """The discount factor of a leg."""
     seeds: int = 20
-    """Independent runs: other demonstrations, queries and ties."""
+    """How many independent runs there are: other demonstrations, queries and ties."""
     seed: int = 0
-    """The first of them."""
+    """The first of their seeds."""
     demonstrations: int = 2
-    """Optimal trajectories from random starts that the learner begins with."""
+    """With how many optimal trajectories from random starts the learner begins."""
     objective_queries: int = 24
-    """Most queries where advice enters the objective; elsewhere every state may be asked about."""
+    """How many queries at most where advice is in the objective; elsewhere, one for each state."""
     target: float = 0.95
-    """Performance whose price in queries is reported."""
+    """The performance whose price in queries is reported."""
     qualities: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25, 0.0)
-    """Share of the states that keep their place in the ideal clustering; the ideal, 1, first."""
+    """Which shares of the states keep their place in the ideal clustering; the ideal, 1, first."""
     noise: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
-    """Shares of the demonstrated labels that are wrong."""
+    """Which shares of the demonstrated labels are wrong."""
     noise_demonstrations: int = 8
-    """Trajectories in the noise experiment, enough to do well without advice or noise."""
+    """How many trajectories there are with noise, enough to do well without advice or noise."""
     noise_queries: int = 20
-    """Queries in the noise experiment, each about the most uncertain cluster."""
+    """How many queries there are with noise, each about the most uncertain cluster."""
     prefer_share: float = 0.5
     """An action optimal in at least this share of a cluster is preferred."""
     avoid_share: float = 0.0
     """An action optimal in at most this share of a cluster is avoided."""
     l2: float = 0.1
-    """Price of |θ|² / 2 against the log-likelihood of the labels."""
+    """The price of |θ|² / 2 against the log-likelihood of the labels."""
     workers: int = 2
-    """Processes; the results do not depend on it."""
+    """How many processes; the results do not depend on it."""
     out: Path = field(default_factory=lambda: Path("out/sailing"))
-    """Where results go."""
+    """The folder that the results are written to."""
 
 
 def plan_of(config: Config) -> Plan:

@@ -59,19 +59,19 @@ class Validate(Running):
     """Compare a model with trials of its own pairs, drawn at random and not used to make it."""
 
     task: Path = SHIPPED_TASK
-    """Task data with the model."""
+    """The folder of the task data that have the model."""
     rig: Literal["arm", "floating"] = ARM
-    """The whole station, as the robot would do it; or the floating gripper of the trials."""
+    """What runs the trials: the whole station as the robot would, or the floating gripper."""
     trials: int = 600
-    """Pairs to draw, a quarter of each kind of action."""
+    """How many pairs are drawn, a quarter of each kind of action."""
     campaign: Path | None = None
-    """Database that the model was made from, to judge the kernel of thesis 5.9.1 as well."""
+    """The database that the model was made from; if given, thesis 5.9.1 is judged as well."""
     database: Path = Path("out/transitions/validation.db")
-    """SQLite file of these trials; made if missing."""
+    """The SQLite file of these trials; made if it is missing."""
     seed: int = 1
-    """Of the draw, and root of every trial's own seed."""
+    """The seed of the draw, and the one that every trial's own seed is derived from."""
     out: Path = Path("out/validation")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +79,15 @@ class Rules(Running):
     """Compare each rule of symmetry, and each of the thesis' kernel, with trials of its pairs."""
 
     campaign: Path = SHIPPED_TRIALS
-    """Database of the trials that the rules carry over."""
+    """The database of the trials that the rules carry over."""
     trials: int = 60
-    """Pairs to draw for each rule."""
+    """How many pairs are drawn for each rule."""
     database: Path = Path("out/transitions/rules.db")
-    """SQLite file of these trials; made if missing."""
+    """The SQLite file of these trials; made if it is missing."""
     seed: int = 2
-    """Of the draw, and root of every trial's own seed."""
+    """The seed of the draw, and the one that every trial's own seed is derived from."""
     out: Path = Path("out/rules")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 @dataclass(frozen=True)
@@ -95,16 +95,16 @@ class Sensitivity(Running):
     """Find out which outcomes change with the solver's step and with friction."""
 
     repetitions: int = 4
-    """Trials of each class, of each variant: the same noise in each, so that they are compared
-    trial by trial."""
+    """How many trials each class has in each variant.
+    They have the same noise in each, so that they are compared trial by trial."""
     databases: Path = Path("out/sensitivity/trials")
-    """Folder with a SQLite file for each variant; made if missing, and as with ``run`` the same
-    command goes on after a kill."""
+    """The folder with a SQLite file for each variant; made if it is missing.
+    As with run, the same command goes on after a kill."""
     seed: int = 0
-    """Of the draw of rotations that take part, and root of every trial's own seed, which is the
-    same in each variant."""
+    """The seed of the draw of rotations, and the one that every trial's own seed is derived from.
+    That is the same in each variant."""
     out: Path = Path("out/sensitivity")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 @dataclass(frozen=True)
@@ -112,13 +112,13 @@ class Releases(Running):
     """Let go of a cube that hangs turned, from level to the next face."""
 
     angles: tuple[float, ...] = tuple(range(0, 91, 5))
-    """Turns about the closing axis, in degrees."""
+    """By how many degrees the cube is turned about the closing axis."""
     repetitions: int = 12
-    """Trials of each angle and height."""
+    """How many trials there are of each angle and height."""
     seed: int = 0
-    """Root of every trial's own seed."""
+    """The seed that every trial's own seed is derived from."""
     out: Path = Path("out/releases")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 def run_pairs(config: Validate | Rules, campaign: Campaign, pairs: Iterable[Pair]) -> list[Trial]:

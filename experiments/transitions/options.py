@@ -15,11 +15,11 @@ class Running:
     """How trials run, and where."""
 
     workers: int = 2
-    """Processes; the trials are the same whatever their number."""
+    """How many processes run trials; the trials are the same whatever their number."""
     cluster: str = ""
-    """Address of a dask scheduler that runs the trials instead, such as tcp://host:8786."""
+    """The address of a dask scheduler that runs them instead, such as tcp://host:8786."""
     trial: TrialConfig = field(default_factory=TrialConfig)
-    """How a trial runs, and its noise."""
+    """How a trial runs, and what noise it has."""
 
     def check(self) -> None:
         """Refuse what cannot be run.

@@ -50,15 +50,15 @@ class Run(Running):
     """Run the trials that the plan wants and the database does not hold yet."""
 
     database: Path = DATABASE
-    """SQLite file; made if missing."""
+    """The SQLite file of the trials; made if it is missing."""
     hours: float | None = None
-    """Longest time to run for; by default, until the plan is fulfilled."""
+    """For how many hours to run at most; by default, until the plan is fulfilled."""
     plan: Plan = field(default_factory=Plan)
-    """How many trials a class of pairs needs."""
+    """How many trials each class of pairs needs."""
     seed: int = 0
-    """Root of every trial's own seed."""
+    """The seed that every trial's own seed is derived from."""
     out: Path = Path("out/transitions")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 @dataclass(frozen=True)
@@ -66,12 +66,11 @@ class Status:
     """Show how much of the feasible pairs the database covers."""
 
     database: Path | None = None
-    """SQLite file; by default the one that `run` fills by default, or the shipped one if that is
-    missing."""
+    """The SQLite file of the trials; by default that of run, or if missing the shipped one."""
     seed: int = 0
-    """Unused: nothing is drawn."""
+    """The seed; nothing is drawn here, so it has no effect."""
     out: Path = Path("out/transitions")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 @dataclass(frozen=True)
@@ -79,17 +78,17 @@ class Export:
     """Write task data from the database."""
 
     database: Path = DATABASE
-    """SQLite file."""
+    """The SQLite file of the trials."""
     to: Path = Path("out/transitions/task")
-    """Folder of the task data; an older one is replaced as a whole."""
+    """The folder that the task data are written to; an older one is replaced as a whole."""
     archive: Path | None = None
-    """Also copy the database there, compact and in one file."""
+    """Where to copy the database to, compact and in one file; by default it is not copied."""
     tables: bool = False
-    """Also write the model in the shape of thesis 5.9, as CSV and JSON."""
+    """Whether to write the model also in the shape of thesis 5.9, as CSV and JSON."""
     seed: int = 0
-    """Unused: nothing is drawn."""
+    """The seed; nothing is drawn here, so it has no effect."""
     out: Path = Path("out/transitions")
-    """Folder of the results."""
+    """The folder that the results are written to."""
 
 
 Config = (
@@ -131,7 +130,10 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
         print_two_turns(result["two_turns"])
     if isinstance(config, Export):
         result["task_hash"] = save_task(task_data(database, entries), config.to)
-        print(f"task data in {config.to}")
+        print(
+            f"task data in {config.to}; its demonstrations.csv has a header alone, for the model "
+            "comes without any: whoever learns asks a teacher"
+        )
         if config.tables:
             save_tables(entries, output)
         if config.archive is not None:

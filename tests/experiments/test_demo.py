@@ -14,7 +14,6 @@ import pytest
 
 from experiments import demo, simulate
 from experiments.grasping.learning import CHECKPOINT, CURVE
-from experiments.kit.command import execute
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.active_state import EVERY, TRAINING
 from irl.files import sha256
@@ -33,20 +32,14 @@ TINY = [
 ]
 
 
-def run(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", *arguments], capture_output=True, text=True, check=False
-    )
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("demo")
 
 
 @pytest.fixture(scope="module")
-def done(folder):
-    return run("experiments.demo", *TINY, "--out", str(folder / "out"))
+def done(folder, command):
+    return command("demo", *TINY, "--out", str(folder / "out"))
 
 
 def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
@@ -79,9 +72,9 @@ def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
     assert policy.algorithm == "fa_mlirl"
 
 
-def test_the_same_seed_gives_the_same_bytes(done, folder):
-    again = run("experiments.demo", *TINY, "--out", str(folder / "again"))
-    other = run("experiments.demo", *TINY, "--seed", "1", "--out", str(folder / "other"))
+def test_the_same_seed_gives_the_same_bytes(done, folder, command):
+    again = command("demo", *TINY, "--out", str(folder / "again"))
+    other = command("demo", *TINY, "--seed", "1", "--out", str(folder / "other"))
     assert again.returncode == other.returncode == 0
     first, second, third = (
         sha256(folder / name / "policy.safetensors") for name in ("out", "again", "other")
@@ -94,10 +87,10 @@ def test_the_same_seed_gives_the_same_bytes(done, folder):
     assert episodes[0] == episodes[1]
 
 
-def test_a_demo_that_was_killed_goes_on_to_the_same_bytes(done, folder):
+def test_a_demo_that_was_killed_goes_on_to_the_same_bytes(done, folder, command):
     out = folder / "killed"
-    command = [sys.executable, "-m", "experiments.demo", *TINY, "--out", str(out)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    program = [sys.executable, "-m", "experiments.demo", *TINY, "--out", str(out)]
+    process = subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 120
     while not (out / CHECKPOINT).exists():
         assert time.monotonic() < deadline and process.poll() is None
@@ -105,27 +98,27 @@ def test_a_demo_that_was_killed_goes_on_to_the_same_bytes(done, folder):
     process.kill()
     process.wait()
     assert not (out / "result.json").exists()
-    other = run("experiments.demo", *TINY, "--seed", "1", "--out", str(out))
+    other = command("demo", *TINY, "--seed", "1", "--out", str(out))
     assert other.returncode == 2
     assert CHECKPOINT in other.stderr.splitlines()[-1]
 
-    again = run("experiments.demo", *TINY, "--out", str(out))
+    again = command("demo", *TINY, "--out", str(out))
     assert again.returncode == 0, again.stderr
     assert sha256(out / "policy.safetensors") == sha256(folder / "out/policy.safetensors")
     assert sha256(out / "learning.png") == sha256(folder / "out/learning.png")
     assert not (out / CHECKPOINT).exists() and not (out / CURVE).exists()
 
 
-def test_a_demo_that_was_killed_in_its_first_training_does_not_start_at_0(folder):
+def test_a_demo_that_was_killed_in_its_first_training_does_not_start_at_0(folder, command):
     options = [*TINY, "--learning.active.initial.iterations", "900", "--starts", "0"]
-    command = ["experiments.demo", *options, "--out"]
-    whole = run(*command, str(folder / "whole"))
+    options += ["--out"]
+    whole = command("demo", *options, str(folder / "whole"))
     assert whole.returncode == 0, whole.stderr
     assert "goes on at" not in whole.stdout + whole.stderr
 
     out = folder / "cut"
     process = subprocess.Popen(
-        [sys.executable, "-m", *command, str(out)],
+        [sys.executable, "-m", "experiments.demo", *options, str(out)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -138,7 +131,7 @@ def test_a_demo_that_was_killed_in_its_first_training_does_not_start_at_0(folder
     process.wait()
     assert not (out / CHECKPOINT).exists()
 
-    again = run(*command, str(out))
+    again = command("demo", *options, str(out))
     assert again.returncode == 0, again.stderr
     (at,) = re.findall(r"learning goes on at iteration (\d+)", again.stdout + again.stderr)
     assert int(at) > EVERY
@@ -153,9 +146,9 @@ def saved_iterations(path):
     return content["state"]["done"]
 
 
-def test_simulate_plays_the_policy_that_the_demo_left(done, folder):
-    played = run(
-        *("experiments.simulate", "--policy", str(folder / "out/policy.safetensors")),
+def test_simulate_plays_the_policy_that_the_demo_left(done, folder, command):
+    played = command(
+        *("simulate", "--policy", str(folder / "out/policy.safetensors")),
         *("--starts", "1", "--max-actions", "1", "--disturbance", "0.002"),
         *("--out", str(folder / "simulate")),
     )
@@ -164,16 +157,6 @@ def test_simulate_plays_the_policy_that_the_demo_left(done, folder):
     assert (result["trials"], result["faults"]) == (1, 0)
     assert {"successes", "actions_mean"} <= result.keys()
     assert (folder / "simulate" / result["recording"]).is_file()
-
-
-def fails(capsys, *arguments, command=demo):
-    """Run in this process; return the one line that it ends with."""
-    with pytest.raises(SystemExit) as stop:
-        execute(command.Config, command.main, list(arguments))
-    assert stop.value.code == 2
-    message = capsys.readouterr().err.strip().splitlines()
-    assert len(message) == 1
-    return message[0]
 
 
 @pytest.fixture
@@ -191,7 +174,7 @@ def sign(folder):
 
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("damage", ["missing", "truncated", "flipped"])
-def test_damaged_task_data_are_refused_by_file(capsys, tmp_path, task, name, damage):
+def test_damaged_task_data_are_refused_by_file(refused, task, name, damage):
     path = task / name
     content = path.read_bytes()
     if damage == "missing":
@@ -201,8 +184,7 @@ def test_damaged_task_data_are_refused_by_file(capsys, tmp_path, task, name, dam
     else:
         middle = len(content) // 2
         path.write_bytes(content[:middle] + bytes([content[middle] ^ 0x80]) + content[middle + 1 :])
-    assert name in fails(capsys, "--task", str(task), "--out", str(tmp_path / "out"))
-    assert not (tmp_path / "out").exists()
+    assert name in refused(demo, "--task", task)
 
 
 @pytest.mark.parametrize(
@@ -215,36 +197,31 @@ def test_damaged_task_data_are_refused_by_file(capsys, tmp_path, task, name, dam
     ],
     ids=["shape", "nan", "sum"],
 )  # fmt: skip
-def test_impossible_probabilities_are_refused_by_field(capsys, tmp_path, task, change, words):
+def test_impossible_probabilities_are_refused_by_field(refused, task, change, words):
     write_npz(task / "transitions.npz", change(read_npz(task / "transitions.npz")))
     sign(task)
-    message = fails(capsys, "--task", str(task), "--out", str(tmp_path / "out"))
+    message = refused(demo, "--task", task)
     assert "transitions.npz" in message
     assert all(word in message for word in words)
 
 
-def test_an_unknown_schema_names_the_known_ones(capsys, tmp_path, task):
+def test_an_unknown_schema_names_the_known_ones(refused, task):
     sheet = json.loads((task / "task.json").read_text())
     (task / "task.json").write_text(json.dumps(sheet | {"schema_version": 99}))
-    message = fails(capsys, "--task", str(task), "--out", str(tmp_path / "out"))
+    message = refused(demo, "--task", task)
     assert "schema_version" in message
     assert "99" in message
 
 
-def test_a_policy_of_another_task_is_refused(capsys, tmp_path):
+def test_a_policy_of_another_task_is_refused(refused, tmp_path):
     n, m = 15985, 55
     policy = Policy.from_q(
         np.zeros((n, m)), np.ones((n, m), bool), task_hash="0" * 64, algorithm="x", seed=0
     )
     save_policy(policy, tmp_path / "p.safetensors")
-    message = fails(
-        capsys,
-        *("--policy", str(tmp_path / "p.safetensors"), "--out", str(tmp_path / "out")),
-        command=simulate,
-    )
+    message = refused(simulate, "--policy", tmp_path / "p.safetensors")
     assert "p.safetensors" in message
     assert "task" in message
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -254,15 +231,12 @@ def test_a_policy_of_another_task_is_refused(capsys, tmp_path):
         (["--learning.active.state-query", "whim"], "margin"),
         (["--starts", "999"], "431"),
         (["--seed", "-1"], "--seed"),
-        (["--learning.least-purity", "3"], "least_purity"),
+        (["--learning.least-purity", "3"], "--learning.least-purity: "),
         (["--out", "/dev/null/out"], "--out"),
     ],
 )
-def test_bad_settings_name_the_valid_ones(capsys, tmp_path, arguments, word):
-    if "--out" not in arguments:
-        arguments = [*arguments, "--out", str(tmp_path / "out")]
-    assert word in fails(capsys, *arguments)
-    assert not (tmp_path / "out").exists()
+def test_bad_settings_name_the_valid_ones(refused, arguments, word):
+    assert word in refused(demo, *arguments)
 
 
 def test_shipped_archives_are_plain(task):

@@ -1,6 +1,9 @@
 """Options are read from what a person typed, and mistakes named as they were typed."""
 
+import importlib
+import re
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated
 
 import pytest
@@ -9,6 +12,8 @@ import tyro
 from experiments import demo
 from experiments.kit.options import OptionError, name_option, parse
 from experiments.transitions import story as transitions
+
+ROOT = Path(__file__).parents[3]
 
 
 @dataclass
@@ -50,6 +55,7 @@ BOTH = Annotated[Learn, tyro.conf.subcommand("learn")] | Annotated[Play, 0]
         ("budget: must be ≥ 0, is -1", "--budget: must be ≥ 0, is -1"),
         ("budget must be ≥ 0", "--budget must be ≥ 0"),
         ("learning: budget is -1; give more", "--budget is -1; give more"),
+        ("later: budget: must be ≥ 0", "--budget: must be ≥ 0"),
         ("step: must be > 0", "step: must be > 0"),  # either could be meant
         ("map.csv: budget is -1", "map.csv: budget is -1"),
         ("budget goes where it will", "budget goes where it will"),
@@ -100,3 +106,27 @@ def test_the_program_is_named_as_it_was_called(command, arguments):
     assert line.startswith("error: ")
     assert arguments[0] in line
     assert line.endswith("for help: python -m experiments.demo --help")
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        *[(name, []) for name in ("bench", "complexity", "demo", "gridworld", "own_task")],
+        *[(name, []) for name in ("reachability", "sailing", "simulate", "toy_text")],
+        *[("transitions", [check]) for check in ("run", "status", "export", "validate", "rules")],
+        *[("transitions", [check]) for check in ("sensitivity", "releases")],
+    ],
+)
+def test_every_option_is_explained(capsys, monkeypatch, name, arguments):
+    monkeypatch.setenv("COLUMNS", "100")
+    folder = ROOT / "experiments" / name
+    story = importlib.import_module(f"experiments.{name}{'.story' if folder.is_dir() else ''}")
+    with pytest.raises(SystemExit) as stop:
+        parse(story.Config, [*arguments, "--help"])
+    assert not stop.value.code
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    options = re.split(r" (?=--[a-z])", text.partition("show this help message and exit")[2])[1:]
+    assert any(option.startswith("--out PATH") for option in options)
+    for option in options:
+        # Its name, of a switch its other name, and a sentence before the default.
+        assert re.search(r"^--\S+,$|[A-Z].*[.)] ?\(default: ", option), option

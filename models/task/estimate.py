@@ -24,8 +24,6 @@ from models.task.spaces import (
     Array,
     Indices,
     Kind,
-    decode_actions,
-    decode_states,
     encode_states,
 )
 
@@ -38,7 +36,7 @@ tolerance from 1e-8 to 0.06 gives the same outcomes.
 """
 
 
-class Transitions(NamedTuple):
+class EstimatedTransitions(NamedTuple):
     """Sparse transition entries, parallel arrays sorted by state, action, next state.
 
     Attributes:
@@ -54,7 +52,7 @@ class Transitions(NamedTuple):
     probability: NDArray[np.float64]
 
 
-def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
+def estimated_transitions(feasible: NDArray[np.bool_]) -> EstimatedTransitions:
     """Estimated outcomes of all `feasible_pairs`.
 
     Args:
@@ -63,9 +61,7 @@ def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
     """
-    state, action = feasible_pairs(feasible)
-    position, orientation, gripper = decode_states(state)
-    kind, target = decode_actions(action)
+    state, action, position, orientation, gripper, kind, target = feasible_pairs(feasible)
 
     rotates, drops = kind == Kind.ROTATE, kind == Kind.DROP
     next_position = np.where(kind == Kind.TRANSLATE, target, position)
@@ -84,7 +80,7 @@ def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
         orientation[pair],
     )
     next_state = encode_states(next_position[pair], next_orientation, next_gripper[pair])
-    return Transitions(
+    return EstimatedTransitions(
         state[pair].astype(np.int32),
         action[pair].astype(np.int32),
         next_state.astype(np.int32),

@@ -14,7 +14,8 @@ The rooms, in reading order; each knows only those above it, and `task.spaces`:
   alone; it knows none of the other rooms.
 
 Beside them `models.rotations` (every notation of the thesis), `models.dh` (Denavit–Hartenberg
-parameters, as a second opinion), `models.compiled` (numba with a cache that heeds what is called)
+parameters, as a second opinion), `models.compiled` (numba, with a cache that
+watches the functions that are called)
 and `models.errors`.
 
 What a user of the robots wants is handed on here and loads on first use. For example::

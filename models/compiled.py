@@ -1,8 +1,8 @@
 """Functions compiled by numba and kept on disk until anything that they are made from changes.
 
-numba's own cache heeds the file of a function. It does not heed what the compiler takes from other
-files: the functions that it calls, which are inlined, and constants, which are frozen. Here the
-key of a cached function covers these as well.
+numba's own cache watches the file of a function. It does not watch what the compiler takes from
+other files: the functions that it calls, which are inlined, and constants, which are frozen. Here
+the key of a cached function covers these as well.
 """
 
 import hashlib

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from models.compiled import FAST, compiled
 from models.errors import ModelError
 from models.gen3.branches import BRANCHES, solve_into, wrist_in_reach
-from models.gen3.chain import LIMIT, Array
+from models.gen3.chain import Array
 from models.gen3.newton import MET, OUT_OF_REACH, work_arrays
 from models.rotations import require_rotation
 
@@ -78,23 +78,6 @@ def solve_first(R_BE: ArrayLike, p_BE: ArrayLike, q3: ArrayLike) -> tuple[Array,
         ModelError: if a shape is another, a value is not finite, or a matrix is not a rotation.
     """
     return _solve_first(*_checked(R_BE, p_BE, q3))
-
-
-def nearest(q: Array, seed: Array) -> Array | None:
-    """The branch nearest to a posture, its endless joints wound to within half a turn of that.
-
-    Args:
-        q: branches ``[k, 7]`` [rad].
-        seed: the posture ``[7]`` [rad].
-
-    Returns:
-        Joint angles ``[7]`` [rad]; None if ``k`` is zero.
-    """
-    if not len(q):
-        return None
-    turns = np.where(np.isinf(LIMIT), np.round((q - seed) / (2.0 * np.pi)), 0.0)
-    wound = q - 2.0 * np.pi * turns
-    return wound[np.argmin(np.linalg.norm(wound - seed, axis=1))]
 
 
 def _checked(R_BE: ArrayLike, p_BE: ArrayLike, q3: ArrayLike) -> tuple[Array, Array, Array]:

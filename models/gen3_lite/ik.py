@@ -107,7 +107,6 @@ def _solve(R: Array, p: Array) -> Solutions:
     return found
 
 
-# Numba's cache does not see changes in other modules: compiled code stays within its module.
 @compiled()
 def _distinct(
     pose: NDArray[np.int64], q: Array, n_poses: int

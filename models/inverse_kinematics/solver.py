@@ -14,6 +14,9 @@ from models.inverse_kinematics.solution import IkSolution
 from models.inverse_kinematics.sweep import Sweep
 from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
 
+ATTEMPTS = 20
+"""Starting points of the optimiser, where nothing else is said."""
+
 
 class IkSolver:
     """Inverse kinematics in one scene, whose arm is measured once.
@@ -22,12 +25,13 @@ class IkSolver:
 
     Attributes:
         scene: the robot and what to keep clear of.
+        attempts: starting points of the optimiser, where the closed form does not apply.
         sweep: the closed form in this scene, None if its arm is not the Gen3.
     """
 
-    def __init__(self, scene: PlanningScene) -> None:
+    def __init__(self, scene: PlanningScene, attempts: int = ATTEMPTS) -> None:
         """Measure the arm of ``scene``."""
-        self.scene = scene
+        self.scene, self.attempts = scene, attempts
         self.sweep = Sweep.of(scene)
 
     def solve(
@@ -36,7 +40,6 @@ class IkSolver:
         *,
         seed: np.ndarray = HOME,
         margin: float = MARGIN,
-        attempts: int = 20,
         rng: np.random.Generator | None = None,
         constrain: Constrain | None = None,
     ) -> IkSolution:
@@ -50,7 +53,6 @@ class IkSolver:
             X_WG: wanted pose of the tool centre point.
             seed: ``[7]`` [rad].
             margin: smallest allowed distance [m].
-            attempts: starting points of the optimiser, where the closed form does not apply.
             rng: source of the optimiser's starting points; None draws the same ones every time.
             constrain: adds constraints to the optimisation, which is used then for any arm.
 
@@ -59,7 +61,7 @@ class IkSolver:
         """
         if self.sweep is not None and constrain is None:
             return self.sweep.solve(X_WG, np.asarray(seed, dtype=float), margin)
-        starts = Starts(seed, attempts, rng or np.random.default_rng(0))
+        starts = Starts(seed, self.attempts, rng or np.random.default_rng(0))
         return search(self.scene, X_WG, starts, margin=margin, constrain=constrain)[0]
 
 
@@ -69,26 +71,14 @@ def solve(
     *,
     seed: np.ndarray = HOME,
     margin: float = MARGIN,
-    attempts: int = 20,
+    attempts: int = ATTEMPTS,
     rng: np.random.Generator | None = None,
     constrain: Constrain | None = None,
 ) -> IkSolution:
     """Answer one question: `IkSolver.solve` of a solver made for it.
 
-    Measuring the scene's arm takes a few milliseconds; whoever asks often keeps an `IkSolver`.
-
-    Args:
-        scene: the robot and what to keep clear of.
-        X_WG: wanted pose of the tool centre point.
-        seed: ``[7]`` [rad]; the answer is the nearest to it.
-        margin: smallest allowed distance [m].
-        attempts: starting points of the optimiser, where the closed form does not apply.
-        rng: source of the optimiser's starting points; None draws the same ones every time.
-        constrain: adds constraints to the optimisation, which is used then for any arm.
-
-    Returns:
-        The answer, or the reason why there is none.
+    The arguments are those of the solver and of its method. Measuring the scene's arm takes a few
+    milliseconds, so whoever asks often keeps an `IkSolver`.
     """
-    return IkSolver(scene).solve(
-        X_WG, seed=seed, margin=margin, attempts=attempts, rng=rng, constrain=constrain
-    )
+    solver = IkSolver(scene, attempts)
+    return solver.solve(X_WG, seed=seed, margin=margin, rng=rng, constrain=constrain)

@@ -32,24 +32,28 @@ class PathPlanner:
 
     Attributes:
         scene: the robot and what to keep clear of.
+        margin: smallest allowed distance [m].
     """
 
-    def __init__(self, scene: PlanningScene) -> None:
+    def __init__(self, scene: PlanningScene, margin: float = MARGIN) -> None:
         """Measure the robot of ``scene``."""
-        self.scene = scene
+        self.scene, self.margin = scene, margin
         self._bounds = MotionBounds(scene)
 
-    def segment_is_free(self, q_from: np.ndarray, q_to: np.ndarray, margin: float = MARGIN) -> bool:
-        """Whether the straight segment keeps its distances: `PROVED` · ``margin`` everywhere.
+    def segment_is_free(
+        self, q_from: np.ndarray, q_to: np.ndarray, margin: float | None = None
+    ) -> bool:
+        """Whether the straight segment keeps its distances: `PROVED` of the margin everywhere.
 
-        Every configuration looked at keeps all of ``margin``, the end among them. A start that
+        Every configuration looked at keeps all of the margin, the end among them. A start that
         does not is where the robot already is: then the proof begins after `LEEWAY`.
 
         Args:
             q_from: ``[7]`` [rad].
             q_to: ``[7]`` [rad]; wound towards ``q_from`` first.
-            margin: smallest allowed distance [m].
+            margin: a smallest allowed distance other than the planner's [m].
         """
+        margin = self.margin if margin is None else margin
         step = self.scene.wind(q_to, q_from) - q_from
         rates = self._bounds.rates(step)
 
@@ -79,7 +83,6 @@ class PathPlanner:
         q_from: np.ndarray,
         q_to: np.ndarray,
         vias: Iterable[Sequence[np.ndarray]] = (),
-        margin: float = MARGIN,
         search: np.random.Generator | None = None,
     ) -> np.ndarray | None:
         """Find a free path: the straight one, else the first through vias, else by search.
@@ -88,45 +91,39 @@ class PathPlanner:
             q_from: ``[7]`` [rad].
             q_to: ``[7]`` [rad]; endless joints may end other turns away.
             vias: lists of configurations ``[7]`` [rad] to go through, tried in order.
-            margin: smallest allowed distance [m].
             search: source of the samples of an RRT-Connect search; None does without.
 
         Returns:
             Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if none was found.
         """
         scene = self.scene
-
-        def is_free(a: np.ndarray, b: np.ndarray) -> bool:
-            return self.segment_is_free(a, b, margin)
-
         for between in [(), *vias]:
             path = wind_path(scene, [q_from, *between, q_to])
-            if all(is_free(a, b) for a, b in pairwise(path)):
+            if all(self.segment_is_free(a, b) for a, b in pairwise(path)):
                 return path
-        if search is None or not scene.is_free(q_to, margin):
+        if search is None or not scene.is_free(q_to, self.margin):
             return None
         lower = np.where(scene.continuous, q_from - np.pi, scene.lower)
         upper = np.where(scene.continuous, q_from + np.pi, scene.upper)
-        space = Space(is_free, lower, upper, self._bounds.levers[-1])
+        space = Space(self.segment_is_free, lower, upper, self._bounds.levers[-1])
         found = connect(q_from, scene.wind(q_to, q_from), space, search)
         return None if found is None else wind_path(scene, list(found))
 
-    def corner_cuts(self, waypoints: np.ndarray, margin: float = MARGIN) -> np.ndarray:
+    def corner_cuts(self, waypoints: np.ndarray) -> np.ndarray:
         """How far before and after each waypoint a motion may leave the path to round its corner.
 
         A corner and the points ``cut`` before and after it span a triangle. The bounds at the
         corner prove the two points free, and with them all the triangle: a bound on the motion is
-        a norm, so it is largest at a vertex.
+        a norm, so it is largest at a vertex. Corners keep the margin, triangles `PROVED` of it.
 
         Args:
             waypoints: ``[n, 7]`` [rad] of a free path.
-            margin: smallest allowed distance at the corner [m]; the triangle keeps `PROVED` of it.
 
         Returns:
             Lengths in joint space ``[n]`` [rad], at most half a segment; 0 at both ends and at
             corners that do not keep the margin.
         """
-        bounds = self._bounds
+        bounds, margin = self._bounds, self.margin
         steps = np.diff(waypoints, axis=0)
         lengths = np.linalg.norm(steps, axis=1)
         cuts = np.zeros(len(waypoints))
@@ -154,20 +151,10 @@ def plan_path(
 ) -> np.ndarray | None:
     """Answer one question: `PathPlanner.plan` of a planner made for it.
 
-    Measuring the scene's robot takes some 50 ms; whoever asks often keeps a `PathPlanner`.
-
-    Args:
-        scene: what to keep clear of.
-        q_from: ``[7]`` [rad].
-        q_to: ``[7]`` [rad]; endless joints may end other turns away.
-        vias: lists of configurations ``[7]`` [rad] to go through, tried in order.
-        margin: smallest allowed distance [m].
-        search: source of the samples of an RRT-Connect search; None does without.
-
-    Returns:
-        Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if none was found.
+    The arguments are those of the planner and of its method. Measuring the scene's robot takes
+    some 50 ms, so whoever asks often keeps a `PathPlanner`.
     """
-    return PathPlanner(scene).plan(q_from, q_to, vias, margin, search)
+    return PathPlanner(scene, margin).plan(q_from, q_to, vias, search)
 
 
 def wind_path(scene: PlanningScene, waypoints: Sequence[np.ndarray]) -> np.ndarray:

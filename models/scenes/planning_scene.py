@@ -2,7 +2,7 @@
 
 One `PlanningScene` holds a plant with the robot, box and table; the arm's seven joint angles
 are the only freedom, the fingers stand at a given opening, and the cube is absent, an obstacle
-at a given pose, or carried. Whatever plans asks it for the verdict.
+at a given pose, or carried. Everything that plans asks it for the verdict.
 """
 
 from dataclasses import dataclass

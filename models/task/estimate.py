@@ -16,16 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from models.task.discretise import all_nearest_orientations, nearest_orientation
+from models.task.discretise import all_nearest_orientations
 from models.task.pairs import feasible_pairs
 from models.task.spaces import (
     R_WG,
     R_WO,
-    Array,
     Indices,
     Kind,
-    decode_actions,
-    decode_states,
     encode_states,
 )
 
@@ -38,7 +35,7 @@ tolerance from 1e-8 to 0.06 gives the same outcomes.
 """
 
 
-class Transitions(NamedTuple):
+class EstimatedTransitions(NamedTuple):
     """Sparse transition entries, parallel arrays sorted by state, action, next state.
 
     Attributes:
@@ -54,7 +51,7 @@ class Transitions(NamedTuple):
     probability: NDArray[np.float64]
 
 
-def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
+def estimated_transitions(feasible: NDArray[np.bool_]) -> EstimatedTransitions:
     """Estimated outcomes of all `feasible_pairs`.
 
     Args:
@@ -63,9 +60,7 @@ def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
     """
-    state, action = feasible_pairs(feasible)
-    position, orientation, gripper = decode_states(state)
-    kind, target = decode_actions(action)
+    state, action, position, orientation, gripper, kind, target = feasible_pairs(feasible)
 
     rotates, drops = kind == Kind.ROTATE, kind == Kind.DROP
     next_position = np.where(kind == Kind.TRANSLATE, target, position)
@@ -84,7 +79,7 @@ def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
         orientation[pair],
     )
     next_state = encode_states(next_position[pair], next_orientation, next_gripper[pair])
-    return Transitions(
+    return EstimatedTransitions(
         state[pair].astype(np.int32),
         action[pair].astype(np.int32),
         next_state.astype(np.int32),
@@ -101,23 +96,11 @@ def rotated_orientations() -> tuple[Indices, Indices]:
         after and orientation before; and they themselves in ascending order, −1 beyond their
         number, ``[18, 18, 48, most]``.
     """
-    near = all_nearest_orientations(_turned_cubes(), TIE)
+    # R_WO' = R_WG'·R_WGᵀ·R_WO, by gripper before and after, and orientation.
+    turn = R_WG[None] @ np.swapaxes(R_WG, -1, -2)[:, None]
+    near = all_nearest_orientations(turn[:, :, None] @ R_WO, TIE)
     number = near.sum(axis=-1)
     most = int(number.max())
     # A stable sort of "not near" brings the near ones to the front, in ascending order.
     first = np.argsort(~near, axis=-1, kind="stable")[..., :most]
     return number, np.where(np.arange(most) < number[..., None], first, -1)
-
-
-def rotation_snap_angles() -> Array:
-    """Angle from the turned cube to its nearest orientation: what the estimate conceals.
-
-    Radians ``[18, 18, 48]``, indexed like `rotated_orientations`.
-    """
-    return nearest_orientation(_turned_cubes())[1]
-
-
-def _turned_cubes() -> Array:
-    """R_WO' = R_WG'·R_WGᵀ·R_WO, ``[18, 18, 48, 3, 3]`` by G, G' and O."""
-    turn = R_WG[None] @ np.swapaxes(R_WG, -1, -2)[:, None]
-    return turn[:, :, None] @ R_WO

@@ -28,8 +28,6 @@ from models.task.spaces import (
     GOAL_POSITION,
     Indices,
     Kind,
-    decode_actions,
-    decode_states,
 )
 
 THESIS_RULES = (
@@ -70,9 +68,7 @@ def generalisation_groups(feasible: NDArray[np.bool_]) -> Groups:
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
     """
-    state, action = feasible_pairs(feasible)
-    position, orientation, gripper = decode_states(state)
-    kind, target = decode_actions(action)
+    state, action, position, orientation, gripper, kind, target = feasible_pairs(feasible)
     free, layer, column = gripper < 0, position % 2, position // 2
     grasps, drops = kind == Kind.GRASP, kind == Kind.DROP
     rotates, translates = kind == Kind.ROTATE, kind == Kind.TRANSLATE

@@ -1,4 +1,4 @@
-"""The single rules by which a trial of one pair tells of another, so that each can be tested.
+"""The single rules by which a trial of one pair counts for another, so that each can be tested.
 
 Exact rules, each a scene map of `models.task.symmetry` that does one thing only. From the pair
 that stands for a class,

@@ -4,6 +4,8 @@ A pair's *key* is ``state · N_ACTIONS + action``; keys sort as pairs do. `irl.p
 for any task: neither package may import the other.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,6 +13,7 @@ from models.errors import ModelError
 from models.task.spaces import (
     N_ACTIONS,
     N_STATES,
+    Indices,
     Kind,
     decode_actions,
     decode_states,
@@ -43,15 +46,27 @@ def nominal_pairs() -> NDArray[np.bool_]:
     return np.where(kind == Kind.GRASP, ~held, held & ~stays)
 
 
-def feasible_pairs(feasible: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """State and action of every pair that the robot can do and that `nominal_pairs` allows.
+class PairArrays(NamedTuple):
+    """Pairs and their components, arrays of one shape, as `StateArrays` and `ActionArrays` say."""
+
+    state: Indices
+    action: Indices
+    position: Indices
+    orientation: Indices
+    gripper: Indices
+    kind: Indices
+    target: Indices
+
+
+def feasible_pairs(feasible: ArrayLike) -> PairArrays:
+    """Every pair that the robot can do and that `nominal_pairs` allows.
 
     Args:
         feasible: which pairs the robot can do, bool ``[N_STATES, N_ACTIONS]``, or with one row
             more for *lost*, which is not looked at.
 
     Returns:
-        Two arrays ``[n]``, sorted by state, then action.
+        Arrays ``[n]``, sorted by state, then action.
 
     Raises:
         ModelError: if ``feasible`` has another shape or is not boolean.
@@ -66,4 +81,4 @@ def feasible_pairs(feasible: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.i
             f"wanted bool [{N_STATES}, {N_ACTIONS}], or with one row more for lost"
         )
     state, action = np.nonzero(table[:N_STATES] & nominal_pairs())
-    return state, action
+    return PairArrays(state, action, *decode_states(state), *decode_actions(action))

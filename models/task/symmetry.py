@@ -20,7 +20,7 @@ if there is a *scene map*: a rotation S about the vertical with, for some k in {
 or, mirrored, the same with M·R_WG·M, M·R_WO·M and M·R_WH·M. Scene maps can be undone and joined,
 so likeness is an equivalence. `transport` carries an outcome along such a map. Where there are
 several to one pair, every one is as true: a pair that is its own mirror image has outcomes that
-mirror each other, equally likely, so one trial tells of both.
+mirror each other, equally likely, so one trial counts for both.
 
 `models.task.kernel_rules` takes the rules apart, and has the looser ones of 5.9.1.
 """

@@ -1,4 +1,8 @@
-"""The state and action tables, one readable row an index."""
+"""The state and action tables, one readable row an index, by the numbers of the thesis.
+
+These texts are part of task data and of result files; `models.task.words` says the same to a
+person.
+"""
 
 from collections.abc import Iterator
 
@@ -52,7 +56,7 @@ def action_rows() -> Iterator[tuple[str, ...]]:
 
 
 def describe_state(index: int) -> str:
-    """Say a state in words, such as ``free at (0.5, 0), turned (0, 0, 90)°``; *lost* as such.
+    """Say a state by its numbers, such as ``free at (0.5, 0), turned (0, 0, 90)°``; *lost* as such.
 
     The angles are Table 4.1's α, β, γ.
 

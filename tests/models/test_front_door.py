@@ -1,5 +1,6 @@
 """What `models` hands on, and that its map of the rooms is the territory."""
 
+import importlib
 import pkgutil
 import re
 import subprocess
@@ -48,6 +49,14 @@ def test_each_name_comes_from_the_module_that_defines_it():
 def test_the_map_names_every_room_and_module():
     found = {module.name for module in pkgutil.iter_modules(models.__path__)} - {"__main__"}
     assert set(re.findall(r"`models\.(\w+)`", models.__doc__)) == found
+
+
+def test_every_room_names_its_modules():
+    for room in pkgutil.iter_modules(models.__path__):
+        package = importlib.import_module(f"models.{room.name}")
+        if room.ispkg:
+            found = {module.name for module in pkgutil.iter_modules(package.__path__)}
+            assert found <= set(re.findall(r"`(\w+)`", package.__doc__)), room.name
 
 
 def test_the_example_runs():

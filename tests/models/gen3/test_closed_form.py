@@ -8,7 +8,7 @@ from models.errors import ModelError
 from models.gen3 import branches, chain
 from models.gen3.branches import BRANCHES, wrist_in_reach
 from models.gen3.chain import HAND_LENGTH, LIMIT, forward
-from models.gen3.closed_form import nearest, solve_batch, solve_branches, solve_first
+from models.gen3.closed_form import solve_batch, solve_branches, solve_first
 from models.gen3.newton import MET, OUT_OF_REACH
 from models.rotations import geodesic_angle
 from models.scenes.planning_scene import HOME, PlanningScene
@@ -181,17 +181,6 @@ def test_home_is_found_from_the_lists_of_its_numbers():
     R, p = forward(HOME)
     found = solve_branches(R.tolist(), p.tolist(), HOME[2])
     assert apart(found, HOME).min() < 1e-9
-
-
-def test_nearest_winds_the_endless_joints():
-    seed = np.array([9.0, 0.0, 3.0, 0.0, -9.0, 0.0, 0.0])
-    turn = 2.0 * np.pi * np.array([1, 0, 0, 0, -1, 0, 0])
-    near, far = seed + 0.1, seed + 0.2
-    np.testing.assert_allclose(nearest(np.array([far, near - turn]), seed), near, atol=1e-12)
-    # A limited joint has one place only.
-    beyond = np.where(np.arange(7) == 3, 2.5, seed)
-    assert nearest(np.array([beyond]), np.zeros(7))[3] == 2.5
-    assert nearest(np.empty((0, 7)), seed) is None
 
 
 @pytest.mark.parametrize(

@@ -38,8 +38,8 @@ tolerance from 1e-8 to 0.06 gives the same outcomes.
 """
 
 
-class Transitions(NamedTuple):
-    """Sparse transition entries, parallel arrays sorted by state, action, next state.
+class EstimatedTransitions(NamedTuple):
+    """Sparse entries of the estimate, parallel arrays sorted by state, action, next state.
 
     Attributes:
         state: int32 ``[n]``.
@@ -54,7 +54,7 @@ class Transitions(NamedTuple):
     probability: NDArray[np.float64]
 
 
-def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
+def estimated_transitions(feasible: NDArray[np.bool_]) -> EstimatedTransitions:
     """Estimated outcomes of all `feasible_pairs`.
 
     Args:
@@ -84,7 +84,7 @@ def estimated_transitions(feasible: NDArray[np.bool_]) -> Transitions:
         orientation[pair],
     )
     next_state = encode_states(next_position[pair], next_orientation, next_gripper[pair])
-    return Transitions(
+    return EstimatedTransitions(
         state[pair].astype(np.int32),
         action[pair].astype(np.int32),
         next_state.astype(np.int32),

@@ -1,13 +1,13 @@
 """From trials to transition probabilities: each trial speaks for its whole symmetry class."""
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from diagrams.trials.record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, Trial
 from models.rotations import rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation, off_table
 from models.task.estimate import estimated_transitions
@@ -37,10 +37,6 @@ class Evidence(IntEnum):
     MEASURED = 0
     KERNEL = 1
     ESTIMATED = 2
-
-
-Trial = tuple[Pair, int, TrialRecord]
-"""What was tried, which repetition, and what came of it."""
 
 
 class TransitionEntries(NamedTuple):
@@ -76,7 +72,7 @@ class TransitionEntries(NamedTuple):
 
 def transition_entries(
     feasible: np.ndarray,
-    trials: Iterable[tuple[Pair, int, TrialRecord]],
+    trials: Iterable[Trial],
     classes: TrialClasses,
 ) -> TransitionEntries:
     """Fill every feasible pair: from its class's trials, else from the geometric estimate.
@@ -86,15 +82,13 @@ def transition_entries(
 
     Args:
         feasible: bool ``[N_STATES or more, N_ACTIONS]``.
-        trials: (pair, repetition, record), of pairs that stand for their classes.
+        trials: of pairs that stand for their classes.
         classes: which pairs share trials.
     """
-    by_class: dict[int, list[Trial]] = defaultdict(list)
-    for trial in sorted(trials, key=_by_repetition):
-        if trial[2].outcome != Outcome.FAULT:
-            by_class[int(classes.number(trial[0].state, trial[0].action))].append(trial)
-
-    parts = [_class_entries(classes, number, by_class[number]) for number in sorted(by_class)]
+    by_class = judged_by_class(
+        sorted(trials, key=_by_repetition), lambda pair: pair.number(classes)
+    )
+    parts = [_class_entries(classes, number, tried) for number, tried in by_class.items()]
     parts = [part.select(feasible[part.state, part.action]) for part in parts]
     rest = feasible[:N_STATES].copy()
     for part in parts:
@@ -122,17 +116,17 @@ def thesis_entries(
 
     Args:
         feasible: bool ``[N_STATES or more, N_ACTIONS]``.
-        trials: (pair, repetition, record).
+        trials: of any pairs.
         rules: those of the kernel that hold.
     """
-    by_class: dict[int, list[Trial]] = defaultdict(list)
-    for trial in sorted(trials, key=_by_repetition):
-        if trial[2].outcome != Outcome.FAULT:
-            by_class[int(thesis_kernel(trial[0].state, trial[0].action, rules))].append(trial)
+    by_class = judged_by_class(
+        sorted(trials, key=_by_repetition),
+        lambda pair: int(thesis_kernel(pair.state, pair.action, rules)),
+    )
     state, action = np.nonzero(feasible[:N_STATES])
     number = thesis_kernel(state, action, rules)
     parts = []
-    for each, tried in sorted(by_class.items()):
+    for each, tried in by_class.items():
         of_class = number == each
         pairs = Pairs(state[of_class][:, None], action[of_class][:, None])
         _, orientation, gripper = decode_states(pairs.state[:, 0])
@@ -142,6 +136,22 @@ def thesis_entries(
         next_state = _next_states(pairs, orientation, after, turn[None], moved[None], held)
         parts.append(_count(pairs, next_state, tried))
     return TransitionEntries(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def judged_by_class(
+    trials: Iterable[Trial], number: Callable[[Pair], int]
+) -> dict[int, list[Trial]]:
+    """Trials that judged something, by the number of their pair's class, ascending.
+
+    Args:
+        trials: in the order that those of a class keep; faults are left out.
+        number: of a pair's class.
+    """
+    by_class: dict[int, list[Trial]] = defaultdict(list)
+    for trial in trials:
+        if trial.record.outcome != Outcome.FAULT:
+            by_class[number(trial.pair)].append(trial)
+    return dict(sorted(by_class.items()))
 
 
 def count_pairs(entries: TransitionEntries) -> dict[str, dict[str, int]]:
@@ -170,7 +180,7 @@ def split_trio(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _by_repetition(trial: Trial) -> tuple[int, Pair]:
     """Order by repetition, so that equally true scene maps share the trials evenly."""
-    return trial[1], trial[0]
+    return trial.repetition, trial.pair
 
 
 def _class_entries(
@@ -189,7 +199,7 @@ def _class_entries(
 
 def _outcomes(trials: Sequence[Trial]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The cube's turn ``[t, 3, 3]`` and displacement ``[t, 3]``, and whether it is held ``[t]``."""
-    records = [record for _, _, record in trials]
+    records = [trial.record for trial in trials]
     return (
         rotation_vector_to_matrix(np.array([record.turn for record in records])),
         np.array([record.displacement for record in records]),
@@ -239,7 +249,7 @@ def _count(pairs: Pairs, next_state: np.ndarray, trials: Sequence[Trial]) -> Tra
     trios, count = np.unique(trio_key(pair[..., None], next_state), return_counts=True)
     pair, next_state = split_trio(trios)
     state, action = split_key(pair)
-    tried = [tried.key for tried, _, _ in trials]
+    tried = [trial.pair.key for trial in trials]
     evidence = np.where(np.isin(pair, tried), Evidence.MEASURED, Evidence.KERNEL)
     return TransitionEntries(state, action, next_state, count / len(trials), count, evidence)
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.record import Noise, Outcome, Pair, Trial, TrialConfig, TrialRecord, spawn_key
 from irl.identity import require_same_work
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
@@ -17,6 +17,7 @@ from models.task.trial_classes import trial_classes
 SCHEMA_VERSION = 2
 """Of the tables, kept as the file's ``user_version``."""
 _SCHEMA = f"""
+BEGIN IMMEDIATE;
 PRAGMA user_version = {SCHEMA_VERSION};
 CREATE TABLE IF NOT EXISTS configuration (
     id INTEGER PRIMARY KEY CHECK (id = 1),
@@ -49,7 +50,9 @@ CREATE TABLE IF NOT EXISTS trial (
     cpu_s REAL NOT NULL,
     UNIQUE (configuration, state, action, repetition)
 );
+COMMIT;
 """
+"""Whole or not at all, so that who looks while a database is made sees no part of it."""
 _VECTORS = ("turn", "displacement")
 _PLAIN = (
     "outcome",
@@ -123,33 +126,10 @@ class TrialDatabase:
         if campaign is None and not self.path.is_file():
             raise ModelError(f"{self.path}: no such trial database; make one with 'run'")
         try:
-            if campaign is None:
-                self._connection = sqlite3.connect(_read_only(self.path), uri=True)
-            else:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-                self._connection = sqlite3.connect(self.path)
-            tables = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-            found = self._connection.execute("PRAGMA user_version").fetchone()[0]
-            if tables and found != SCHEMA_VERSION:
-                raise ModelError(
-                    f"{self.path}: schema version {found}; supported: {SCHEMA_VERSION}; "
-                    "make another database"
-                )
-            if campaign is not None:
-                self._connection.execute("PRAGMA journal_mode = WAL")
-                self._connection.executescript(_SCHEMA)
-            stored = self._connection.execute("SELECT content FROM configuration").fetchone()
-            if stored is None:
-                if campaign is None:
-                    raise ModelError(f"{self.path}: holds no campaign; make one with 'run'")
-                with self._connection:
-                    self._connection.execute(
-                        "INSERT INTO configuration VALUES (1, ?, ?)",
-                        (campaign.hash, json.dumps(campaign.content(), sort_keys=True)),
-                    )
+            stored = self._open() if campaign is None else self._open_or_make(campaign)
         except (sqlite3.Error, OSError) as error:
             raise ModelError(f"{self.path}: not usable as a trial database ({error})") from error
-        self.content = json.loads(stored[0]) if stored else campaign.content()  # type: ignore[union-attr]
+        self.content = json.loads(stored)
         if campaign is not None:
             require_same_work(
                 self.path,
@@ -158,6 +138,46 @@ class TrialDatabase:
                 "take another --database, or the same settings",
             )
         self.hash = hashlib.sha256(json.dumps(self.content, sort_keys=True).encode()).hexdigest()
+
+    def _open(self) -> str:
+        """Connect for reading; the campaign's content."""
+        self._connection = sqlite3.connect(_read_only(self.path), uri=True)
+        stored = self._stored()
+        if stored is None:
+            raise ModelError(f"{self.path}: holds no campaign; make one with 'run'")
+        return stored
+
+    def _open_or_make(self, campaign: Campaign) -> str:
+        """Connect for writing, what is missing made; the content of the campaign that it is of."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._connection = sqlite3.connect(self.path)
+        stored = self._stored()
+        self._connection.execute("PRAGMA journal_mode = WAL")
+        self._connection.executescript(_SCHEMA)
+        if stored is None:
+            stored = json.dumps(campaign.content(), sort_keys=True)
+            with self._connection:
+                self._connection.execute(
+                    "INSERT INTO configuration VALUES (1, ?, ?)", (campaign.hash, stored)
+                )
+        return stored
+
+    def _stored(self) -> str | None:
+        """The content of the file's campaign; None if there are no tables yet, or none in them.
+
+        Raises:
+            ModelError: if the tables are of another schema version.
+        """
+        if not self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            return None
+        found = self._connection.execute("PRAGMA user_version").fetchone()[0]
+        if found != SCHEMA_VERSION:
+            raise ModelError(
+                f"{self.path}: schema version {found}; supported: {SCHEMA_VERSION}; "
+                "make another database"
+            )
+        row = self._connection.execute("SELECT content FROM configuration").fetchone()
+        return None if row is None else row[0]
 
     def close(self) -> None:
         """Close the file; further calls fail."""
@@ -179,7 +199,7 @@ class TrialDatabase:
             "state": pair.state,
             "action": pair.action,
             "repetition": repetition,
-            "class": int(trial_classes().number(pair.state, pair.action)),
+            "class": pair.number(trial_classes()),
             "seed": json.dumps([self.content["seed"], *spawn_key(pair, repetition)]),
             "noise": json.dumps(asdict(record.noise) if record.noise else {}),
         }
@@ -212,8 +232,8 @@ class TrialDatabase:
         except sqlite3.Error as error:
             raise ModelError(f"{path}: a copy could not be written ({error})") from error
 
-    def trials(self) -> Iterator[tuple[Pair, int, TrialRecord]]:
-        """Every trial, in the order of its key: what was tried, which repetition, what came out."""
+    def trials(self) -> Iterator[Trial]:
+        """Every trial, in the order of its pair and repetition."""
         vectors = [f"{name}_{axis}" for name in _VECTORS for axis in "xyz"]
         rows = self._connection.execute(
             f"SELECT {', '.join((*_KEY, *_PLAIN, *vectors, 'noise'))} FROM trial "
@@ -229,7 +249,7 @@ class TrialDatabase:
                 displacement=values[3:],
                 noise=Noise(**noise) if noise else None,
             )
-            yield Pair(*row[:2]), row[2], record
+            yield Trial(Pair(*row[:2]), row[2], record)
 
 
 def _read_only(path: Path) -> str:

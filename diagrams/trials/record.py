@@ -3,11 +3,13 @@
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from diagrams.contact import TIME_STEP
 from diagrams.faults import first_line
 from models.errors import ModelError
 from models.task.pairs import pair_key, split_key
+from models.task.trial_classes import TrialClasses
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,10 @@ class Pair:
     def key(self) -> int:
         """Its key in `models.task.pairs`."""
         return int(pair_key(self.state, self.action))
+
+    def number(self, classes: TrialClasses) -> int:
+        """Number of the class that it shares its trials with."""
+        return int(classes.number(self.state, self.action))
 
 
 def spawn_key(pair: Pair, repetition: int) -> tuple[int, int, int]:
@@ -169,3 +175,17 @@ class TrialRecord:
     def reason(self) -> str:
         """Why nothing was judged, in one line; empty if something was."""
         return first_line(self.fault)
+
+
+class Trial(NamedTuple):
+    """A trial that was run.
+
+    Attributes:
+        pair: what was tried.
+        repetition: counts the trials of the pair's class.
+        record: what came of it.
+    """
+
+    pair: Pair
+    repetition: int
+    record: TrialRecord

@@ -20,16 +20,11 @@ from models.task.trial_classes import TrialClasses
 class Source(Protocol):
     """What to try: pairs, each with its repetition."""
 
-    @property
-    def wanted(self) -> int:
-        """Trials wanted, as far as is known."""
-
-    @property
-    def done(self) -> int:
-        """How many of them there are."""
-
     def next(self) -> tuple[Pair, int] | None:
         """Pair and repetition to run next; None if all are done or on their way."""
+
+    def progress(self) -> tuple[int, int]:
+        """Trials done, and trials wanted as far as is known."""
 
     def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
         """Take in a trial that is in the database."""
@@ -43,16 +38,6 @@ class ClassTrials:
         self._classes = classes
         self._queue = Queue(plan, numbers)
 
-    @property
-    def wanted(self) -> int:
-        """Trials wanted, as far as their outcomes so far tell."""
-        return self._queue.wanted
-
-    @property
-    def done(self) -> int:
-        """How many of them there are."""
-        return self._queue.done
-
     def next(self) -> tuple[Pair, int] | None:
         """Pair and repetition to run next."""
         job = self._queue.next()
@@ -61,10 +46,13 @@ class ClassTrials:
         pair = self._classes.tried(*job)
         return Pair(int(pair.state), int(pair.action)), job[1]
 
+    def progress(self) -> tuple[int, int]:
+        """Trials done, and trials wanted as far as their outcomes so far tell."""
+        return self._queue.done, self._queue.wanted
+
     def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
         """Take in a trial; it may change how many are wanted."""
-        number = int(self._classes.number(pair.state, pair.action))
-        self._queue.add(number, repetition, outcome_label(pair, record))
+        self._queue.add(pair.number(self._classes), repetition, outcome_label(pair, record))
 
 
 class PairTrials:
@@ -73,18 +61,22 @@ class PairTrials:
     def __init__(self, pairs: Iterable[Pair]) -> None:
         """Try these pairs, in this order."""
         self._left = list(pairs)[::-1]
-        self.wanted, self.done = len(self._left), 0
+        self._wanted, self._done = len(self._left), 0
 
     def next(self) -> tuple[Pair, int] | None:
         """Pair to run next."""
         return (self._left.pop(), 0) if self._left else None
+
+    def progress(self) -> tuple[int, int]:
+        """Pairs tried, and pairs there are."""
+        return self._done, self._wanted
 
     def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
         """Take in a trial, perhaps of an earlier run."""
         del repetition, record
         if pair in self._left:
             self._left.remove(pair)
-        self.done += 1
+        self._done += 1
 
 
 def planned_classes(classes: TrialClasses, feasible: np.ndarray) -> list[int]:
@@ -127,9 +119,10 @@ def run_campaign(
     def start(job: tuple[Pair, int]) -> Future[TrialRecord]:
         return workers.executor.submit(work, campaign, *job)
 
-    with tqdm(total=source.wanted, initial=source.done, unit="trial", desc="trials") as bar:
+    done, wanted = source.progress()
+    with tqdm(total=wanted, initial=done, unit="trial", desc="trials") as bar:
         for job, record in run_jobs(workers, next_job, start):
             database.add(*job, record)
             source.add(*job, record)
-            bar.total, bar.n = source.wanted, source.done
+            bar.n, bar.total = source.progress()
             bar.refresh()

@@ -12,9 +12,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from diagrams.trials.counts import Trial, thesis_entries
+from diagrams.trials.counts import thesis_entries
 from diagrams.trials.database import ARM, Campaign, TrialDatabase
-from diagrams.trials.record import Pair
+from diagrams.trials.record import Pair, Trial
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
 from experiments.kit.kept_rows import KeptRows
@@ -141,7 +141,7 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
     drawn = draw_pairs(model, config.trials, np.random.default_rng(config.seed))
     # The database may hold trials of another draw, of a run with more or fewer of them.
     wanted = set(drawn)
-    trials = [trial for trial in run_pairs(config, campaign, drawn) if trial[0] in wanted]
+    trials = [trial for trial in run_pairs(config, campaign, drawn) if trial.pair in wanted]
     result = scores(model, trials)
     print_scores(result)
     if config.campaign is not None:

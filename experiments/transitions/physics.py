@@ -6,10 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from diagrams.trials.counts import Evidence, TransitionEntries, Trial, split_trio, trio_key
+from diagrams.trials.counts import (
+    Evidence,
+    TransitionEntries,
+    judged_by_class,
+    split_trio,
+    trio_key,
+)
 from diagrams.trials.initial_state import turn_to_flush
 from diagrams.trials.plan import outcome_label
-from diagrams.trials.record import Outcome
+from diagrams.trials.record import Outcome, Trial
 from irl.metrics import wilson_interval
 from models.rotations import geodesic_angle, rotation_vector_to_matrix
 from models.task.discretise import nearest_orientation
@@ -35,15 +41,12 @@ def physics(
     """What the trials of a campaign tell.
 
     Args:
-        trials: (pair, repetition, record), of pairs that stand for their classes.
+        trials: of pairs that stand for their classes.
         entries: the model that was made from them.
         classes: which pairs share trials.
     """
-    by_class: dict[int, list[Trial]] = defaultdict(list)
-    for trial in trials:
-        if trial[2].outcome != Outcome.FAULT:
-            by_class[int(classes.number(trial[0].state, trial[0].action))].append(trial)
-    rows = [_class_row(classes, number, by_class[number]) for number in sorted(by_class)]
+    by_class = judged_by_class(trials, lambda pair: pair.number(classes))
+    rows = [_class_row(classes, number, tried) for number, tried in by_class.items()]
     return {
         "classes": [row for row in rows if row["kind"] != "rotate"],
         "rotations": _rotations(row for row in rows if row["kind"] == "rotate"),
@@ -120,10 +123,10 @@ def _class_row(classes: TrialClasses, number: int, trials: list[Trial]) -> dict[
     rest, layer = classes.within(number)
     orientation, gripper, *after = classes.symmetry(kind).representative[rest].tolist()
     R_GO = R_WG[gripper].T @ R_WO[orientation]
-    records = [record for _, _, record in trials]
+    records = [trial.record for trial in trials]
     turned = [rotation_vector_to_matrix(record.turn) @ R_WO[orientation] for record in records]
     ends = [int(nearest_orientation(R)[0]) for R in turned]
-    count = Counter(outcome_label(pair, record) for pair, _, record in trials)
+    count = Counter(outcome_label(trial.pair, trial.record) for trial in trials)
     n = len(trials)
     most = max(count.values())
     row: dict[str, Any] = {

@@ -13,11 +13,10 @@ from matplotlib.figure import Figure
 from diagrams.trials.counts import (
     Evidence,
     TransitionEntries,
-    Trial,
     thesis_entries,
     transition_entries,
 )
-from diagrams.trials.record import Pair
+from diagrams.trials.record import Pair, Trial
 from experiments.transitions.validation import scores
 from irl.metrics import wilson_interval
 from models.task.kernel_rules import EXACT_RULES, THESIS_RULES, exact_rule
@@ -49,7 +48,7 @@ def find_rules(feasible: np.ndarray, trials: Sequence[Trial], classes: TrialClas
 
     Args:
         feasible: bool ``[N_STATES or more, N_ACTIONS]``.
-        trials: (pair, repetition, record) of the campaign.
+        trials: of the campaign.
         classes: which pairs share trials.
     """
     model = transition_entries(feasible, trials, classes)
@@ -89,7 +88,7 @@ def judge(
     rows = []
     for rule, pairs in zip(rules, drawn, strict=True):
         mine = set(pairs)
-        found = scores(_restrict(rule), [trial for trial in trials if trial[0] in mine])
+        found = scores(_restrict(rule), [trial for trial in trials if trial.pair in mine])
         rows.append({"source": rule.source, "rule": rule.name, "pairs": rule.keys.size, **found})
     return rows
 

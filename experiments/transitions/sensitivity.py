@@ -82,7 +82,7 @@ def run_variants(
         tried[name] = {
             (pair, repetition): record
             for pair, repetition, record in database.trials()
-            if int(classes.number(pair.state, pair.action)) in wanted and repetition < repetitions
+            if pair.number(classes) in wanted and repetition < repetitions
         }
         database.close()
     return tried
@@ -103,7 +103,7 @@ def compare(tried: Mapping[str, Trials], classes: TrialClasses) -> list[dict[str
             if Outcome.FAULT in (base.outcome, record.outcome):
                 continue
             pair = key[0]
-            number = int(classes.number(pair.state, pair.action))
+            number = pair.number(classes)
             row = rows.setdefault(
                 (number, name),
                 {

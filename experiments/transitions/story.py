@@ -14,10 +14,10 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from diagrams.trials.counts import TransitionEntries, Trial, count_pairs, transition_entries
+from diagrams.trials.counts import TransitionEntries, count_pairs, transition_entries
 from diagrams.trials.database import TrialDatabase
 from diagrams.trials.plan import Plan
-from diagrams.trials.record import Outcome
+from diagrams.trials.record import Outcome, Trial
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
 from experiments.kit.shipped_data import SHIPPED_TRIALS, load_feasibility
@@ -167,7 +167,7 @@ def coverage(trials: list[Trial], entries: TransitionEntries) -> dict[str, Any]:
     """Count and print pairs by kind of action, evidence and gripper orientation."""
     counts = count_pairs(entries)
     by_gripper = coverage_by_gripper(entries)
-    faults = sum(record.outcome == Outcome.FAULT for _, _, record in trials)
+    faults = sum(trial.record.outcome == Outcome.FAULT for trial in trials)
     print_coverage(counts, by_gripper)
     print(f"{len(trials)} trials, {faults} simulator faults")
     by_evidence = {
@@ -180,6 +180,6 @@ def coverage(trials: list[Trial], entries: TransitionEntries) -> dict[str, Any]:
         "by_action": counts,
         "by_gripper": by_gripper,
         "trials": len(trials),
-        "cpu_s": sum(record.cpu_s for _, _, record in trials),
+        "cpu_s": sum(trial.record.cpu_s for trial in trials),
         "faults": faults,
     }

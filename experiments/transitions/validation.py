@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagrams.trials.counts import Evidence, TransitionEntries, Trial
-from diagrams.trials.record import Outcome, Pair
+from diagrams.trials.counts import Evidence, TransitionEntries
+from diagrams.trials.record import Outcome, Pair, Trial
 from irl.metrics import wilson_interval
 from models.task.pairs import split_key
 from models.task.spaces import Kind, decode_actions

@@ -36,7 +36,7 @@ tolerance from 1e-8 to 0.06 gives the same outcomes.
 
 
 class EstimatedTransitions(NamedTuple):
-    """Sparse transition entries, parallel arrays sorted by state, action, next state.
+    """Sparse entries of the estimate, parallel arrays sorted by state, action, next state.
 
     Attributes:
         state: int32 ``[n]``.

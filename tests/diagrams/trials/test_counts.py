@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from diagrams.trials.counts import Evidence, count_pairs, thesis_entries, transition_entries
-from diagrams.trials.record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, Trial, TrialRecord
 from models.rotations import matrix_to_rotation_vector
 from models.task.estimate import estimated_transitions
 from models.task.pairs import nominal_pairs
@@ -31,7 +31,7 @@ def feasible():
 
 
 def entries(feasible, *records, pair=GRASP):
-    trials = [(pair, number, record) for number, record in enumerate(records)]
+    trials = [Trial(pair, number, record) for number, record in enumerate(records)]
     return transition_entries(feasible, trials, CLASSES)
 
 
@@ -115,7 +115,7 @@ def test_pairs_are_counted_by_evidence(feasible):
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0)])
 def test_the_order_of_trials_does_not_matter(feasible, order):
     records = [HELD, FAILED, TrialRecord(Outcome.HELD, turn=QUARTER)]
-    shuffled = [(GRASP, number, records[number]) for number in order]
+    shuffled = [Trial(GRASP, number, records[number]) for number in order]
     found = transition_entries(feasible, shuffled, CLASSES)
     straight = entries(feasible, *records)
     assert all(np.array_equal(a, b) for a, b in zip(found, straight, strict=True))
@@ -136,7 +136,7 @@ def test_trials_of_a_rigid_hand_give_every_pair_what_geometry_says(feasible):
     trials = []
     for number in range(CLASSES.n_classes):
         pair = Pair(*map(int, CLASSES.tried(number, 0)))
-        trials.append((pair, 0, rigid(pair)))
+        trials.append(Trial(pair, 0, rigid(pair)))
     found = transition_entries(feasible, trials, CLASSES)
     assert not (found.evidence == Evidence.ESTIMATED).any()
     estimate = estimated_transitions(feasible)
@@ -163,7 +163,7 @@ def test_a_translation_is_measured_where_it_was_tried_and_follows_elsewhere(feas
 
 
 def test_the_thesis_kernel_speaks_for_its_own_classes_alone(feasible):
-    found = thesis_entries(feasible, [(GRASP, 0, HELD)])
+    found = thesis_entries(feasible, [Trial(GRASP, 0, HELD)])
     grasp = Action(Kind.GRASP, 10)
     # Another column, and another quarter turn of the cube; not another gripper.
     assert outcomes(found, State(2, 6), grasp)[State(2, 6, 10).index][0] == 1.0
@@ -171,5 +171,5 @@ def test_the_thesis_kernel_speaks_for_its_own_classes_alone(feasible):
     assert not outcomes(found, State(8, 1), grasp)
     # A translation upwards speaks for every gripper.
     up = Action(Kind.TRANSLATE, 9)
-    raised = thesis_entries(feasible, [(Pair(State(8, 0, 10).index, up.index), 0, HELD)])
+    raised = thesis_entries(feasible, [Trial(Pair(State(8, 0, 10).index, up.index), 0, HELD)])
     assert outcomes(raised, State(8, 2, 3), up)[State(9, 2, 3).index][0] == 1.0

@@ -105,6 +105,14 @@ def test_tables_of_another_version_are_refused(tmp_path, campaign):
         TrialDatabase(tmp_path / "t.db", campaign)
 
 
+def test_a_file_whose_making_was_cut_short_holds_no_campaign_and_can_be_gone_on_with(tmp_path):
+    (tmp_path / "t.db").touch()
+    with pytest.raises(ModelError, match=r"t\.db: holds no campaign"):
+        TrialDatabase(tmp_path / "t.db")
+    TrialDatabase(tmp_path / "t.db", CAMPAIGN).close()
+    assert TrialDatabase(tmp_path / "t.db").content == CAMPAIGN.content()
+
+
 @pytest.mark.parametrize("content", [b"not a database, but long enough to be one" * 30, None])
 def test_what_is_not_a_database_is_refused(tmp_path, content):
     if content is not None:

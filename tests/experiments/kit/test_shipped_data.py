@@ -54,18 +54,16 @@ def test_the_trials_are_those_that_the_command_runs_by_default(database, trials)
     source = ClassTrials(CLASSES, planned_classes(CLASSES, load_feasibility().mask()), Plan())
     for trial in trials:
         source.add(*trial)
-    assert source.wanted == source.done == len(trials)
+    assert source.progress() == (len(trials), len(trials))
     assert source.next() is None
-    assert not [record for _, _, record in trials if record.outcome == Outcome.FAULT]
+    assert not [trial for trial in trials if trial.record.outcome == Outcome.FAULT]
 
 
 @pytest.mark.parametrize("kind", list(Kind))
 def test_a_trial_run_again_comes_out_the_same(trials, kind):
     campaign = floating_campaign(TrialConfig(), seed=0)
     pair, repetition, stored = next(
-        trial
-        for trial in trials
-        if CLASSES.kind(int(CLASSES.number(trial[0].state, trial[0].action))) == kind
+        trial for trial in trials if CLASSES.kind(trial.pair.number(CLASSES)) == kind
     )
     again = work(campaign, pair, repetition)
     assert (again.outcome, again.next_state) == (stored.outcome, stored.next_state)

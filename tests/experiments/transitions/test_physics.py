@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diagrams.trials.counts import transition_entries
-from diagrams.trials.record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, Trial, TrialRecord
 from experiments.kit.command import Output
 from experiments.kit.shipped_data import load_feasibility
 from experiments.transitions.coverage import coverage_by_gripper, plot_coverage, print_coverage
@@ -32,7 +32,8 @@ def told():
     fault = TrialRecord(Outcome.FAULT, fault="solver")
     drop, number = tried(Kind.DROP)
     # Fell over in three of four: what geometry did not say.
-    trials = [(drop, r, over if r < 3 else level) for r in range(4)] + [(drop, 4, fault)]
+    trials = [Trial(drop, r, over if r < 3 else level) for r in range(4)]
+    trials.append(Trial(drop, 4, fault))
     turn, _ = tried(Kind.ROTATE)
     after = State.from_index(turn.state), Action.from_index(turn.action)
     rigid = R_WG[after[1].target] @ R_WG[after[0].gripper].T
@@ -41,7 +42,7 @@ def told():
         [rigid[2, 1] - rigid[1, 2], rigid[0, 2] - rigid[2, 0], rigid[1, 0] - rigid[0, 1]]
     )
     vector = tuple((angle * axis / np.linalg.norm(axis)).tolist())
-    trials.append((turn, 0, TrialRecord(Outcome.HELD, turn=vector)))
+    trials.append(Trial(turn, 0, TrialRecord(Outcome.HELD, turn=vector)))
     entries = transition_entries(load_feasibility().mask(), trials, CLASSES)
     return number, turn, physics(trials, entries, CLASSES), entries
 

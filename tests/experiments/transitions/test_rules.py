@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagrams.trials.record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, Trial, TrialRecord
 from experiments.kit.command import Output
 from experiments.kit.shipped_data import load_feasibility
 from experiments.transitions.rules import (
@@ -28,7 +28,7 @@ LEVEL = TrialRecord(Outcome.FREE)
 
 @pytest.fixture(scope="module")
 def rules():
-    return find_rules(load_feasibility().mask(), [(TRIED, 0, LEVEL)], CLASSES)
+    return find_rules(load_feasibility().mask(), [Trial(TRIED, 0, LEVEL)], CLASSES)
 
 
 def test_every_rule_is_there_and_speaks_for_untried_pairs(rules):
@@ -62,7 +62,7 @@ def test_what_came_about_is_compared_with_the_rule(rules, tmp_path):
     kept, fell = draw_rule_pairs(cube, 2, np.random.default_rng(0))
 
     def trial(pair, next_state):
-        return pair, 0, replace(LEVEL, next_state=next_state)
+        return Trial(pair, 0, replace(LEVEL, next_state=next_state))
 
     orientation = State.from_index(kept.state).orientation
     cell = State.from_index(kept.state).position

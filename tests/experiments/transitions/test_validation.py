@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from diagrams.trials.counts import Evidence, TransitionEntries
-from diagrams.trials.record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, Trial, TrialRecord
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.transitions.export import to_entries
 from experiments.transitions.validation import draw_pairs, scores
@@ -34,7 +34,8 @@ MODEL = model(
 
 
 def trial(action, next_state, state=HELD, outcome=Outcome.FREE):
-    return Pair(state, action), 0, TrialRecord(outcome, next_state=next_state, fault="x")
+    record = TrialRecord(outcome, next_state=next_state, fault="x\nTraceback")
+    return Trial(Pair(state, action), 0, record)
 
 
 def test_what_came_about_is_compared_with_what_was_predicted():

@@ -38,7 +38,9 @@ def refused(capsys, tmp_path):
     def run(story, *arguments):
         out = tmp_path / "refused"
         with pytest.raises(SystemExit) as stop:
-            execute(story.Config, story.main, ["--out", str(out), *map(str, arguments)])
+            given = [*map(str, arguments)]
+            elsewhere = [] if "--out" in given else ["--out", str(out)]
+            execute(story.Config, story.main, [*given, *elsewhere])
         said = capsys.readouterr()
         assert stop.value.code == 2
         assert said.out == ""

@@ -93,7 +93,7 @@ class Advised(Protocol):
         ...
 
     def take(self, states: np.ndarray, answer: ClusterAdvice) -> None:
-        """Heed one more answer about a cluster of states."""
+        """Take in one more answer about a cluster of states."""
         ...
 
 

@@ -221,7 +221,7 @@ class AdvisedLearner:
         )
 
     def take(self, states: np.ndarray, answer: ClusterAdvice) -> None:
-        """Heed one more answer about a cluster of states."""
+        """Take in one more answer about a cluster of states."""
         self.advice = self.advice.add(states, answer.preferred, answer.avoided)
         self._learn(self.result.reward)
 

@@ -74,7 +74,7 @@ def save(
     Args:
         path: the file.
         arrays: name → array.
-        state: whatever is no array, as JSON can hold it.
+        state: what is not an array, as JSON can hold it.
         identity: which work this is: settings and fingerprints by name.
 
     Raises:

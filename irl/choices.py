@@ -72,7 +72,7 @@ class Settings:
         Raises:
             InputError: naming the field and what it may be.
         """
-        for field, limits in _limits(type(self)):
+        for field, limits in _limits(type(self)):  # type: ignore[arg-type]  # hashable it is
             check_range(
                 field,
                 getattr(self, field),
@@ -84,7 +84,7 @@ class Settings:
 
 
 @cache
-def _limits(settings: type[Settings]) -> tuple[tuple[str, Limits], ...]:
+def _limits(settings: type) -> tuple[tuple[str, Limits], ...]:
     """The fields of a class of settings that have limits, with these."""
     return tuple(
         (field, limits)

@@ -39,7 +39,7 @@ def with_intersections(
     """The clusters and all distinct intersections of up to ``depth + 1`` of them.
 
     A set of states occurs once, under its shortest name and that of the earliest clusters; one
-    that equals a given cluster is no new one. Names join those of the clusters, in their given
+    that equals a given cluster is not a new one. Names join those of the clusters, in their given
     order, by " ∩ ".
 
     Args:

@@ -22,7 +22,7 @@ class Demonstrations:
     """Labelled pairs in the order they were given.
 
     Attributes:
-        trajectory: int64 ``[n]``, which trajectory a pair belongs to; a generalised pair bears
+        trajectory: int64 ``[n]``, which trajectory a pair belongs to; a generalised pair has
             the trajectory and step of the pair it follows from.
         step: int64 ``[n]``, place within the trajectory.
         state: int64 ``[n]``.
@@ -178,7 +178,7 @@ def generalise(
     """Add what follows from the demonstrated pairs (§5.10.1).
 
     Only what was demonstrated speaks for other pairs; what followed before does not, so errors
-    of a rule don't breed.
+    of a rule do not multiply.
 
     Args:
         demonstrations: any set; its own pairs are kept.

@@ -265,7 +265,7 @@ class RecordedDemonstrator:
 
 @dataclass(frozen=True, eq=False)
 class OracleExpert:
-    """Advises what an oracle's plan bears out over a cluster.
+    """Advises what is optimal by an oracle's plan over a cluster.
 
     Every state counts alike, of those that can be reached and where a run goes on. An action is
     judged on the states where it is feasible.

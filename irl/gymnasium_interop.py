@@ -25,7 +25,7 @@ class TabularWorld:
     """What an environment's table ``P`` says.
 
     Attributes:
-        model: the transition model; in a state that ends a run, action 0 stays there for ever.
+        model: the transition model; in a state that ends a run, action 0 always stays there.
         pair_reward: expected reward of each pair, float64 ``[n_pairs]``. Discounted or not, the
             expected return of any policy is the same as with rewards on (s, a, s').
         terminal: indices of the states that end a run, int64 ``[n]``.
@@ -65,8 +65,8 @@ def from_gymnasium(env: "gymnasium.Env") -> TabularWorld:
 
     Equal successors are merged and impossible ones left out. What the table says of states where a
     run has ended is replaced by one action, number 0, that stays and earns nothing. True returns
-    remain as they are; for a learner, to end early or late is then no matter of a constant in the
-    reward, as it would be if nothing followed the end.
+    remain as they are; and for a learner, a constant in the reward no longer decides whether it is
+    better to end early or late, as it would if nothing followed the end.
 
     Args:
         env: an environment with discrete states and actions whose unwrapped form has ``P`` and
@@ -74,7 +74,7 @@ def from_gymnasium(env: "gymnasium.Env") -> TabularWorld:
             environment does besides ``P``, such as Taxi's fickle passenger, is not seen.
 
     Raises:
-        InputError: if the environment has no such table, the table is no transition model, or a
+        InputError: if the environment has no such table, the table is not a transition model, or a
             state that can be reached sometimes ends a run and sometimes doesn't.
     """
     world: Any = env.unwrapped
@@ -132,7 +132,7 @@ def play(
         seed: of the environment's chance, given at the first reset. The same seed meets the same
             chance whatever was played before.
         episodes: how many, at least 1.
-        max_steps: where a run is given up; time limits of the environment's own count besides.
+        max_steps: where a run is given up; the environment's own time limits count too.
 
     Raises:
         InputError: if ``episodes`` is below 1, or the policy has no action in a state it meets.

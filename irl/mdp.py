@@ -145,7 +145,7 @@ class TransitionModel:
     def pair_index(self, state: np.ndarray | int, action: np.ndarray | int) -> np.ndarray:
         """Row of each pair in ``P``, −1 where the pair is infeasible; shapes broadcast.
 
-        Any integer that is no action, such as a policy's −1, is infeasible everywhere.
+        Any integer that is not an action, such as a policy's −1, is infeasible everywhere.
         """
         state, action = np.asarray(state), np.asarray(action)
         known = (action >= 0) & (action < self.n_actions)

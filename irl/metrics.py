@@ -20,7 +20,7 @@ def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> tu
         InputError: unless 0 ≤ successes ≤ trials and trials > 0.
     """
     if not 0 <= successes <= trials or trials == 0:
-        raise InputError(f"interval: {successes} successes in {trials} trials is no share")
+        raise InputError(f"interval: {successes} successes in {trials} trials is not a share")
     low, high = wilson_intervals(np.array(successes), np.array(trials), confidence)
     return float(low), float(high)
 

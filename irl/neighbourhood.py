@@ -23,7 +23,7 @@ class Neighbourhood:
         states: int64 ``[m]``, each with at least one feasible pair.
         rows: int64 ``[n_pairs]``: the pairs' rows in the transition model.
         groups: the pairs by state: group k holds the pairs of ``states[k]``.
-        visible: int64 ``[u]``, ascending: every successor (and every state asked for besides).
+        visible: int64 ``[u]``, ascending: every successor (and every further state asked for).
         P: CSR ``[n_pairs, u]``: the transition probabilities, columns as in ``visible``.
         pinned: int64 ``[k]``: positions in ``visible`` whose VR value is known beforehand.
         pinned_value: float64 ``[k]``: those values.

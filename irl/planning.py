@@ -1,4 +1,7 @@
-"""Planning on the sparse transition model: optimal values, and what a policy achieves."""
+"""Planning for a reward that is known: optimal values, and what a policy achieves.
+
+The *method* ``planning`` learns a reward instead: see ``irl.baselines.sparse_planning``.
+"""
 
 import numpy as np
 from scipy import sparse

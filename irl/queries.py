@@ -205,15 +205,6 @@ def candidate_states(
     return np.flatnonzero(open_)
 
 
-def select_state(strategy: str, context: QueryContext) -> int | None:
-    """The candidate that scores highest, ties drawn at random; None without candidates.
-
-    Raises:
-        InputError: if the strategy is unknown.
-    """
-    return next(iter(select_states(strategy, context).tolist()), None)
-
-
 def select_states(strategy: str, context: QueryContext, count: int = 1) -> np.ndarray:
     """Candidates to ask about at once: int64 ``[≤ count]``, all distinct.
 
@@ -283,3 +274,33 @@ def select_cluster(
         return left[int(context.rng.integers(len(left)))]
     scores = CLUSTER_STRATEGIES[strategy](context)
     return max(left, key=lambda name: scores[clusters[name]].mean())
+
+
+def select_part(
+    partition: np.ndarray,
+    asked: np.ndarray,
+    uncertainty: np.ndarray | None,
+    rng: np.random.Generator,
+) -> int | None:
+    """The part of highest mean uncertainty, where clusters part the states; ties drawn at random.
+
+    A question about a single state is one about a part of its own.
+
+    Args:
+        partition: the part of each state, int64 ``[n_states]``, −1 outside.
+        asked: parts not to ask about again.
+        uncertainty: ``[n_states]``, such as ``irl.uncertainty.entropy``; None draws parts evenly.
+        rng: draws, and breaks ties.
+
+    Returns:
+        The part, or None if none is left.
+    """
+    inside = partition >= 0
+    left = np.setdiff1d(partition[inside], asked)
+    if not left.size:
+        return None
+    if uncertainty is None:
+        return int(rng.choice(left))
+    total = np.bincount(partition[inside], uncertainty[inside])[left]
+    mean = total / np.bincount(partition[inside])[left]
+    return int(rng.choice(left[mean == mean.max()]))

@@ -126,6 +126,8 @@ class VRFunction:
     def from_arrays(cls, arrays: Mapping[str, np.ndarray], device: str = "cpu") -> "VRFunction":
         """Rebuild a network from what ``arrays()`` gave; widths are read off the shapes.
 
+        A saved policy holds them: ``VRFunction.from_arrays(load_policy(path).weights)``.
+
         Raises:
             InputError: if a name is missing or unknown, shapes don't fit together, or there is
                 no such device.

@@ -107,6 +107,7 @@ def _message(box: str, config_type: Any) -> str:
     told = " ".join(sections[0].split()).rstrip(".")
     if nested := _NESTED.match(told):
         group, told = nested[1], told[nested.end() :]
+        group = "" if group == getattr(config_type, "__name__", None) else group
         is_option = group.startswith("-")
         told = f"{group}: {told}" if is_option else name_option(told, config_type, group)
     for pattern, words in _PLAIN:

@@ -12,18 +12,22 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
+from typing import Annotated, Protocol
 
 import numpy as np
-from scipy.optimize import minimize
 
 from irl.advice import Advice
+from irl.baselines.ascent import RidgeConfig, ridge_ascend
+from irl.choices import Limits, Settings, check_range
 from irl.collection import demonstrate, mislabel
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert
 from irl.domains.sailing import Sailing, ideal_clusters, purity, shuffled_clusters
+from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
 from irl.planning import policy_success, uniform_policy
-from irl.queries import entropy
+from irl.queries import select_part
+from irl.uncertainty import entropy
 
 STRATEGIES = ("random_advice", "uncertain_state", "uncertain_cluster", "random_cluster")
 NOISE_CURVES = ("demonstrations", "advice", "wrong_advice")
@@ -75,6 +79,24 @@ class Problem:
         return demonstrate(self.sailor, rng.choice(self.lake.starts, trajectories), rng)
 
 
+class Advised(Protocol):
+    """Learns from demonstrations, and from one answer of an expert after another."""
+
+    @property
+    def policy(self) -> np.ndarray:
+        """The best action of every state, int64 ``[n_states]``."""
+        ...
+
+    @property
+    def uncertainty(self) -> np.ndarray:
+        """How unsure it is of each state's action, float64 ``[n_states]``."""
+        ...
+
+    def take(self, states: np.ndarray, answer: ClusterAdvice) -> None:
+        """Take in one more answer about a cluster of states."""
+        ...
+
+
 class Learner:
     """FA-MLIRL with a linear VR function, demonstrations and advice."""
 
@@ -96,27 +118,20 @@ class Learner:
         phi = self._lake.features[problem.states]
         labels = sum(s.size for s in self._state)
 
-        def loss(weights: np.ndarray) -> tuple[float, np.ndarray]:
+        def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
             value, df, _ = problem.value_and_gradient(phi @ weights, 1.0)
-            gradient = self._l2 * weights - labels * (phi.T @ df)
-            return self._l2 / 2 * (weights @ weights) - labels * value, gradient
+            return labels * value, labels * (phi.T @ df)
 
-        answer = minimize(
-            loss,
-            self._weights,
-            jac=True,
-            method="L-BFGS-B",
-            options={"gtol": 1e-3, "ftol": 1e-8, "maxiter": 200},
-        )
-        self._weights = answer.x
+        config = RidgeConfig(tolerance=1e-3, max_iterations=200, l2=self._l2)
+        self._weights = ridge_ascend(objective, self._weights, config, ftol=1e-8)
         self._learnt_q = self._lake.model.q_values(self._lake.features @ self._weights)
 
-    def take(self, states: np.ndarray, advice: ClusterAdvice) -> None:
-        """Heed one more answer about a cluster of states."""
-        self._advice = self._advice.add(states, advice.preferred, advice.avoided)
+    def take(self, states: np.ndarray, answer: ClusterAdvice) -> None:
+        """See ``Advised``."""
+        self._advice = self._advice.add(states, answer.preferred, answer.avoided)
         if not self._objective:
             return
-        for action in sorted(advice.preferred):
+        for action in sorted(answer.preferred):
             feasible = states[self._lake.model.mask[states, action]]
             self._state.append(feasible)
             self._action.append(np.full(feasible.size, action))
@@ -138,38 +153,9 @@ class Learner:
         return entropy(self.q)
 
 
-def next_cluster(
-    clusters: np.ndarray,
-    asked: np.ndarray,
-    uncertainty: np.ndarray | None,
-    rng: np.random.Generator,
-) -> int | None:
-    """Whom to ask about: the cluster of highest mean uncertainty, or any.
-
-    Args:
-        clusters: cluster of each state, int64 ``[n_states]``, −1 outside. A query about a state
-            is one about a cluster of its own.
-        asked: clusters that have been asked about.
-        uncertainty: ``[n_states]``; None draws evenly.
-        rng: draws, and breaks ties.
-
-    Returns:
-        The cluster; None when all have been asked about.
-    """
-    open_ = np.setdiff1d(clusters[clusters >= 0], asked)
-    if not open_.size:
-        return None
-    if uncertainty is None:
-        return int(rng.choice(open_))
-    inside = clusters >= 0
-    total = np.bincount(clusters[inside], uncertainty[inside])[open_]
-    mean = total / np.bincount(clusters[inside])[open_]
-    return int(rng.choice(open_[mean == mean.max()]))
-
-
 def ask(
     problem: Problem,
-    learner: Learner,
+    learner: Advised,
     clusters: np.ndarray,
     uncertain: bool,
     rng: np.random.Generator,
@@ -183,7 +169,7 @@ def ask(
     asked: list[int] = []
     while True:
         uncertainty = learner.uncertainty if uncertain else None
-        chosen = next_cluster(clusters, np.array(asked, int), uncertainty, rng)
+        chosen = select_part(clusters, np.array(asked, int), uncertainty, rng)
         if chosen is None:
             return
         states = np.flatnonzero(clusters == chosen)
@@ -197,21 +183,55 @@ def ask(
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What every seed does; see the command's Config for the fields."""
+class Plan(Settings):
+    """What every seed does."""
 
-    size: int
-    delay: float
-    gamma: float
-    demonstrations: int
-    objective_queries: int
-    qualities: tuple[float, ...]
-    noise: tuple[float, ...]
-    noise_demonstrations: int
-    noise_queries: int
-    prefer_share: float
-    avoid_share: float
-    l2: float
+    size: int = 6
+    """The lake's side in waypoints; a state is a waypoint, a wind and a tack: 24 n² of them."""
+    delay: float = 3.0
+    """How many minutes a change between port and starboard tack takes."""
+    gamma: Annotated[float, Limits(0, 0.999)] = 0.95
+    """The discount factor of a leg; nearer to 1, evaluations would not end in good time."""
+    demonstrations: Annotated[int, Limits(1)] = 2
+    """With how many optimal trajectories from random starts the learner begins."""
+    objective_queries: Annotated[int, Limits(1)] = 24
+    """How many queries at most where advice is in the objective; elsewhere, one for each state."""
+    advise_queries: Annotated[int, Limits(0)] = 0
+    """How many queries ADVISE puts, which plans for each reward that it tries; 0 leaves it out."""
+    birl_queries: Annotated[int, Limits(0)] = 0
+    """How many states Bayesian IRL asks about, planning for many rewards; 0 leaves it out."""
+    qualities: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25, 0.0)
+    """Which shares of the states keep their place in the ideal clustering; the ideal, 1, first."""
+    noise: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+    """Which shares of the demonstrated labels are wrong."""
+    noise_demonstrations: Annotated[int, Limits(1)] = 8
+    """How many trajectories there are with noise, enough to do well without advice or noise."""
+    noise_queries: Annotated[int, Limits(1)] = 20
+    """How many queries there are with noise, each about the most uncertain cluster."""
+    prefer_share: float = 0.5
+    """An action optimal in at least this share of a cluster is preferred."""
+    avoid_share: float = 0.0
+    """An action optimal in at most this share of a cluster is avoided."""
+    l2: Annotated[float, Limits(0, open_low=True)] = 0.1
+    """The price of |θ|² / 2 against the log-likelihood of the labels."""
+
+    def __post_init__(self) -> None:
+        """Refuse values outside their limits, and a lake or an expert that cannot be.
+
+        Raises:
+            InputError: naming the field.
+        """
+        super().__post_init__()
+        for name in ("qualities", "noise"):
+            if not getattr(self, name):
+                raise InputError("at least one value is needed", place=name)
+            for value in getattr(self, name):
+                check_range(name, value, 0, 1)
+        if self.qualities[0] != 1:
+            raise InputError(
+                f"the first must be 1, the ideal, is {self.qualities[0]}", place="qualities"
+            )
+        self.problem.expert  # noqa: B018 - checks size, delay and shares before any work
 
     @property
     def problem(self) -> Problem:
@@ -232,7 +252,7 @@ class Plan:
 
 
 def measure(
-    problem: Problem, learner: Learner, queries: Iterator[int], points: np.ndarray
+    problem: Problem, learner: Advised, queries: Iterator[int], points: np.ndarray
 ) -> np.ndarray:
     """Performance and arrival after each number of queries in ``points``, ``[2, len(points)]``.
 

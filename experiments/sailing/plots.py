@@ -20,6 +20,10 @@ STYLES = {
     "demonstrations": ("demonstrations alone", "tab:grey", "-"),
     "advice": ("with advice", "tab:red", "-"),
     "wrong_advice": ("with advice, as often wrong", "tab:orange", "--"),
+    "advise": ("ADVISE, most uncertain cluster", "tab:purple", "-"),
+    "advise_random": ("ADVISE, random cluster", "tab:purple", "--"),
+    "birl": ("Bayesian IRL, most doubtful state", "tab:green", "-"),
+    "birl_random": ("Bayesian IRL, random state", "tab:green", "--"),
 }
 TIME_COLOURS = {1.0: "tab:green", 2.0: "yellowgreen", 3.0: "tab:orange", 4.0: "tab:red"}
 
@@ -58,6 +62,25 @@ def plot_advice(
     left.set_ylabel("performance (0 random, 1 optimal)")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     figure.suptitle("Advice on the Sailing domain, mean and 95 % interval over the seeds")
+
+
+def plot_others(figure: Figure, curves: Mapping[str, Curve], ours: Curve, target: float) -> None:
+    """Performance against queries of other learners, and of ours with advice in the objective."""
+    figure.set_size_inches(8, 5.2)
+    axes = figure.subplots()
+    most = max(row[0] for curve in curves.values() for row in curve)
+    _, colour, line = STYLES["uncertain_cluster"]
+    label = "FA-MLIRL, most uncertain cluster, advice in the objective"
+    draw_curve(axes, [row for row in ours if row[0] <= most], label, color=colour, linestyle=line)
+    for name, curve in curves.items():
+        label, colour, line = STYLES[name]
+        draw_curve(axes, curve, label, color=colour, linestyle=line)
+    axes.axhline(target, color="black", linewidth=0.8, linestyle=":", label="target")
+    _label(
+        axes, "queries: advice, or for Bayesian IRL actions", "performance (0 random, 1 optimal)"
+    )
+    axes.legend(loc="lower right")
+    axes.set_title("Other learners on the Sailing domain, mean and 95 % interval over the seeds")
 
 
 def plot_clustering(figure: Figure, clustering: Mapping[str, Any]) -> None:

@@ -18,17 +18,22 @@ Advice changes the action values, as in Algorithm 4.1; then it reaches no furthe
 it was given for. For comparison all is repeated with advice in the objective as well, where an
 answer about one state teaches about others through the features.
 
+``--advise-queries N`` and ``--birl-queries N`` let other learners ask as well: ADVISE (Odom &
+Natarajan 2016), and Bayesian IRL with active queries (Lopes, Melo & Montesano 2009), which asks for
+actions instead of advice; see ``experiments.sailing.others``. Both plan at every step, so a query
+takes seconds.
+
 The noise experiment follows Kunapuli et al. (2013): a share of the demonstrated labels is wrong,
 and the learner has no advice, good advice, or advice that is wrong equally often.
 """
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -42,82 +47,41 @@ from experiments.sailing.learning import (
     ask,
     run_seed,
 )
-from experiments.sailing.plots import plot_advice, plot_clustering, plot_lake, plot_noise
-from irl.choices import check_range
+from experiments.sailing.others import OTHERS, other_curves
+from experiments.sailing.plots import (
+    plot_advice,
+    plot_clustering,
+    plot_lake,
+    plot_noise,
+    plot_others,
+)
+from irl.choices import Limits
 from irl.domains.sailing import DIRECTIONS, ideal_clusters, purity
-from irl.errors import InputError
 from irl.metrics import bootstrap_interval
 
 RESAMPLES = 2000
 LAKE_WIND = DIRECTIONS.index("SE")  # in the picture: across the way to the goal
 
 
-@dataclass
-class Config:
+@dataclass(frozen=True)
+class Config(Plan):
     """Seek advice about sailing, and count the questions."""
 
-    size: int = 6
-    """The lake's side in waypoints; a state is a waypoint, a wind and a tack: 24 n² of them."""
-    delay: float = 3.0
-    """How many minutes a change between port and starboard tack takes."""
-    gamma: float = 0.95
-    """The discount factor of a leg."""
-    seeds: int = 20
+    seeds: Annotated[int, Limits(2)] = 20
     """How many independent runs there are: other demonstrations, queries and ties."""
     seed: int = 0
     """The first of their seeds."""
-    demonstrations: int = 2
-    """With how many optimal trajectories from random starts the learner begins."""
-    objective_queries: int = 24
-    """How many queries at most where advice is in the objective; elsewhere, one for each state."""
-    target: float = 0.95
+    target: Annotated[float, Limits(0, 1)] = 0.95
     """The performance whose price in queries is reported."""
-    qualities: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25, 0.0)
-    """Which shares of the states keep their place in the ideal clustering; the ideal, 1, first."""
-    noise: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
-    """Which shares of the demonstrated labels are wrong."""
-    noise_demonstrations: int = 8
-    """How many trajectories there are with noise, enough to do well without advice or noise."""
-    noise_queries: int = 20
-    """How many queries there are with noise, each about the most uncertain cluster."""
-    prefer_share: float = 0.5
-    """An action optimal in at least this share of a cluster is preferred."""
-    avoid_share: float = 0.0
-    """An action optimal in at most this share of a cluster is avoided."""
-    l2: float = 0.1
-    """The price of |θ|² / 2 against the log-likelihood of the labels."""
-    workers: int = 2
+    workers: Annotated[int, Limits(1)] = 2
     """How many processes; the results do not depend on it."""
     out: Path = field(default_factory=lambda: Path("out/sailing"))
     """The folder that the results are written to."""
 
 
 def plan_of(config: Config) -> Plan:
-    """The part that shapes a run, checked.
-
-    Raises:
-        InputError: naming the option that is out of range.
-    """
-    for name, low in (
-        ("seeds", 2), ("demonstrations", 1), ("objective_queries", 1),
-        ("noise_demonstrations", 1),
-        ("noise_queries", 1), ("workers", 1),
-    ):  # fmt: skip
-        check_range(name, getattr(config, name), low)
-    check_range("target", config.target, 0, 1)
-    check_range("gamma", config.gamma, 0, 0.999)  # beyond, evaluations would take for ever
-    check_range("l2", config.l2, 0, open_low=True)
-    for name in ("qualities", "noise"):
-        values = getattr(config, name)
-        if not values:
-            raise InputError(f"{name}: at least one value is needed")
-        for value in values:
-            check_range(name, value, 0, 1)
-    if config.qualities[0] != 1:
-        raise InputError(f"qualities: the first must be 1, the ideal, is {config.qualities[0]}")
-    plan = Plan(**{name: getattr(config, name) for name in Plan.__dataclass_fields__})
-    plan.problem.expert  # noqa: B018 - checks size, delay and shares before any work
-    return plan
+    """The part that shapes a run."""
+    return Plan(**{field.name: getattr(config, field.name) for field in fields(Plan)})
 
 
 def run_seeds(plan: Plan, seeds: Sequence[int], workers: int) -> list[dict[str, np.ndarray]]:
@@ -125,7 +89,14 @@ def run_seeds(plan: Plan, seeds: Sequence[int], workers: int) -> list[dict[str, 
     # Matrices are small: a second BLAS thread would only get in another worker's way.
     os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
     with start_workers(workers) as pool:
-        return run_all(partial(run_seed, plan), seeds, pool.executor.map, "seeds", "seed")
+        return run_all(partial(run_everything, plan), seeds, pool.executor.map, "seeds", "seed")
+
+
+def run_everything(plan: Plan, seed: int) -> dict[str, np.ndarray]:
+    """One seed's curves, those of the other learners included."""
+    problem = plan.problem
+    shown = problem.demonstrate(plan.demonstrations, np.random.default_rng([seed, 0]))
+    return run_seed(plan, seed) | other_curves(plan, problem, shown, seed)
 
 
 def curve(x: Sequence[float] | np.ndarray, values: np.ndarray) -> list[list[float]]:
@@ -203,6 +174,27 @@ def clustering_result(plan: Plan, runs: list[dict[str, np.ndarray]], most: int) 
     }
 
 
+def others_result(runs: list[dict[str, np.ndarray]]) -> dict[str, Any]:
+    """Curves of the other learners, and whether Bayesian IRL's chains agree; empty without any.
+
+    ``other_r_hat`` is split-R̂ after the last query, of each seed.
+    """
+    found = {
+        name: np.array([run[f"others/{name}"] for run in runs])
+        for name in OTHERS
+        if f"others/{name}" in runs[0]
+    }
+    if not found:
+        return {}
+    agreed = {
+        name: [float(run[f"others/{name}/r_hat"][-1]) for run in runs]
+        for name in found
+        if f"others/{name}/r_hat" in runs[0]
+    }
+    curves = {name: curve(np.arange(values.shape[1]), values) for name, values in found.items()}
+    return {"other_curves": curves, "other_r_hat": agreed}
+
+
 def learned_policies(plan: Plan, seed: int) -> dict[str, np.ndarray]:
     """One seed's policies before and after advice, for the picture of the lake."""
     problem = plan.problem
@@ -257,6 +249,11 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         "states": problem.lake.n_states,
         "seeds": list(seeds),
     }
+    if others := others_result(runs):
+        result |= others
+        with output.figure("other_learners.png") as figure:
+            ours = result["objective_curves"]["uncertain_cluster"]
+            plot_others(figure, result["other_curves"], ours, config.target)
     with output.figure("figure_6_1.png") as figure:
         plot_advice(figure, result["curves"], result["objective_curves"], config.target)
     with output.figure("figure_6_2.png") as figure:

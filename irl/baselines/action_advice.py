@@ -12,7 +12,6 @@ under the soft-optimal policy π of ``irl.baselines.sparse_planning``, with its 
 the policy is planned for, advice about some states tells something of the others.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -26,6 +25,7 @@ from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.baselines.sparse_planning import SparseConfig
 from irl.choices import Limits, check_range
 from irl.demonstrations import Demonstrations
+from irl.demonstrators import ClusterAdvice
 from irl.errors import InputError
 from irl.groups import Groups
 from irl.mdp import TransitionModel
@@ -188,12 +188,49 @@ def uncertainty(
     )
 
 
-def cluster_uncertainty(
-    uncertainty: np.ndarray, clusters: Mapping[str, np.ndarray]
-) -> dict[str, float]:
-    """Mean uncertainty of each cluster's states; empty clusters are left out."""
-    return {
-        name: float(uncertainty[states].mean())
-        for name, states in clusters.items()
-        if np.size(states)
-    }
+class AdvisedLearner:
+    """Learns anew after each answer, beginning at the reward learnt before it.
+
+    Attributes:
+        result: what is known by now.
+        advice: all answers so far.
+    """
+
+    def __init__(
+        self,
+        model: TransitionModel,
+        demonstrations: Demonstrations,
+        *,
+        gamma: float,
+        config: AdviceConfig | None = None,
+    ) -> None:
+        """Learn from the demonstrations alone; arguments and errors as for ``learn``."""
+        self._model, self._demonstrations = model, demonstrations
+        self._gamma, self._config = gamma, config
+        self.advice = Advice.none(model.n_states, model.n_actions)
+        self._learn(None)
+
+    def _learn(self, start: np.ndarray | None) -> None:
+        self.result = learn(
+            self._model,
+            self._demonstrations,
+            self.advice,
+            gamma=self._gamma,
+            config=self._config,
+            start=start,
+        )
+
+    def take(self, states: np.ndarray, answer: ClusterAdvice) -> None:
+        """Take in one more answer about a cluster of states."""
+        self.advice = self.advice.add(states, answer.preferred, answer.avoided)
+        self._learn(self.result.reward)
+
+    @property
+    def policy(self) -> np.ndarray:
+        """The best action of every state, int64 ``[n_states]``."""
+        return self.result.q.argmax(axis=1)
+
+    @property
+    def uncertainty(self) -> np.ndarray:
+        """Odom & Natarajan's measure of every state, in nats, ``[n_states]``."""
+        return uncertainty(self._model, self._demonstrations, self.result.q)

@@ -37,8 +37,8 @@ class RidgeConfig(AscentConfig):
     tolerance: Annotated[float, Limits(0)] = 1e-6
     max_iterations: Annotated[int, Limits(0)] = 1000
     l2: Annotated[float, Limits(0)] = 1e-3
-    """Price of |x|² / 2 against the objective. Above 0 the solution is unique and finite, which
-    flawless demonstrations would else push to infinity."""
+    """Price of |x|² / 2 against the objective. Above 0 the solution is unique and finite, where
+    flawless demonstrations would otherwise push it to infinity."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ Lopes, Melo & Montesano (2009) ask where the posterior leaves the demonstrator's
 not where it is random, but where its probabilities differ from one likely reward to the next.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -16,12 +17,15 @@ import numpy as np
 from irl.baselines.differentiable_planning import Planner
 from irl.baselines.features import state_features
 from irl.baselines.mcmc import crank_nicolson, effective_sample_size, split_r_hat
-from irl.choices import Limits, Settings, check_range
+from irl.choices import Limits, Settings, check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
 from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
+from irl.problem import LearningProblem
 from irl.queries import candidate_states
+
+QUERIES = ("policy_entropy", "random")
 
 
 @dataclass(frozen=True)
@@ -153,59 +157,60 @@ def birl(
 
 
 def active_birl(
-    model: TransitionModel,
+    problem: LearningProblem,
     demonstrations: Demonstrations,
     demonstrator: Demonstrator,
-    features: np.ndarray | None = None,
     *,
-    gamma: float,
     budget: int,
     rng: np.random.Generator,
+    query: str = "policy_entropy",
     config: SamplingConfig | None = None,
-    candidates: np.ndarray | None = None,
-) -> tuple[Posterior, Demonstrations]:
+) -> Iterator[tuple[Posterior, Demonstrations]]:
     """Ask for the action in the state of largest ``query_entropy``, learn, and ask again.
 
     No labelled state is asked about. The loop ends early when no other is left.
 
     Args:
-        model: the transition model.
+        problem: the transition model, gamma, Φ (one indicator per state if absent) and the states
+            that questions stay within.
         demonstrations: what is known beforehand, at least one pair.
         demonstrator: answers with an action; must know the candidates.
-        features: Φ, ``[n_states, d]``; one indicator per state if absent.
-        gamma: discount factor in [0, 1).
         budget: most questions.
         rng: the only source of chance.
+        query: a name in ``QUERIES``; ``random`` draws among the states evenly, for comparison.
         config: how to draw.
-        candidates: state indices that questions stay within; all if absent.
 
-    Returns:
-        The posterior after the last answer, and all demonstrations, answers last.
+    Yields:
+        The posterior before the first question and after each answer, and all demonstrations so
+        far, answers last.
 
     Raises:
-        InputError: as ``birl``.
+        InputError: as ``birl``, or if the budget is negative or the query's name unknown.
     """
     check_range("budget", budget, 0)
-    posterior = birl(model, demonstrations, features, gamma=gamma, rng=rng, config=config)
+    check_choice("query", query, QUERIES)
+
+    def learnt(start: np.ndarray | None) -> Posterior:
+        model, features, gamma = problem.model, problem.features, problem.gamma
+        return birl(
+            model, demonstrations, features, gamma=gamma, rng=rng, config=config, start=start
+        )
+
+    posterior = learnt(None)
+    yield posterior, demonstrations
     for _ in range(budget):
-        left = candidate_states(model, demonstrations.state, candidates)
+        left = candidate_states(problem.model, demonstrations.state, problem.candidates)
         if not left.size:
-            break
-        doubt = posterior.query_entropy[left]
-        state = int(rng.choice(left[doubt == doubt.max()]))
+            return
+        if query == "policy_entropy":
+            doubt = posterior.query_entropy[left]
+            left = left[doubt == doubt.max()]
+        state = int(rng.choice(left))
         answer = Demonstrations.from_pairs(
             [(state, demonstrator.label(state, rng))],
             trajectory=int(demonstrations.trajectory.max()) + 1,
         )
         demonstrations = Demonstrations.concatenate([demonstrations, answer])
         # One answer moves the posterior little: the chains go on from where they are.
-        posterior = birl(
-            model,
-            demonstrations,
-            features,
-            gamma=gamma,
-            rng=rng,
-            config=config,
-            start=posterior.weights[:, -1],
-        )
-    return posterior, demonstrations
+        posterior = learnt(posterior.weights[:, -1])
+        yield posterior, demonstrations

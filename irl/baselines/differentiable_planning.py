@@ -9,13 +9,13 @@ holds its slopes ∂V/∂Q, ∂f/∂R = (I − γ W P)⁻¹. A gradient g in f t
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import bicgstab
 
-from irl.choices import check_range
+from irl.choices import Limits, Settings, check_range
 from irl.errors import InputError
 from irl.groups import Groups
 from irl.mdp import TransitionModel
@@ -61,7 +61,7 @@ class HardMax:
 
 
 @dataclass(frozen=True)
-class SoftMax:
+class SoftMax(Settings):
     """τ log Σ exp(q / τ): soft value iteration, or with k = 1/τ Li & Burdick's soft maximum.
 
     Its slopes are the soft-optimal policy. Exceeds the maximum by at most τ log n.
@@ -70,15 +70,7 @@ class SoftMax:
         temperature: τ, above 0, in the reward's unit.
     """
 
-    temperature: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Check the temperature.
-
-        Raises:
-            InputError: if it is not above 0.
-        """
-        check_range("temperature", self.temperature, 0.0, open_low=True)
+    temperature: Annotated[float, Limits(0, open_low=True)] = 1.0
 
     def values(self, q: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""
@@ -94,7 +86,7 @@ class SoftMax:
 
 
 @dataclass(frozen=True)
-class PNorm:
+class PNorm(Settings):
     """(Σ qᵖ)^(1/p), for values from 0; negative ones count as 0.
 
     Exceeds the maximum by the factor n^(1/p) at most, so that Bellman's equation has a solution
@@ -104,15 +96,7 @@ class PNorm:
         order: p, from 1.
     """
 
-    order: float
-
-    def __post_init__(self) -> None:
-        """Check the order.
-
-        Raises:
-            InputError: if it is below 1.
-        """
-        check_range("order", self.order, 1.0)
+    order: Annotated[float, Limits(1)]
 
     def values(self, q: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""

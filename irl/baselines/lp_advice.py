@@ -9,7 +9,7 @@ preferred action must be worth at least δ more than each avoided one.
     Q(j, a) − Q(j, a') ≥ ζ_j + δ_j      for a preferred, a' avoided, in every advised state j
     ζ_j ≥ 0,  |R| ≤ R_max
 
-How the values are tied to R without the inverse is told in ``irl.baselines.linear_programming``.
+``irl.baselines.linear_programming`` explains how the values are tied to R without the inverse.
 A level t_j between preferred and avoided actions, Q(j, a) ≥ t_j + ζ_j + δ_j and t_j ≥ Q(j, a'),
 says the same in |Pref| + |Av| rows instead of |Pref| · |Av|.
 """
@@ -54,7 +54,7 @@ def lp_advice(
     gamma: float,
     config: TrustConfig | None = None,
 ) -> np.ndarray:
-    """Find a reward that explains the demonstrations and heeds the advice (3.9).
+    """Find a reward that explains the demonstrations and follows the advice (3.9).
 
     (3.9) values a policy, which needs an action in every state. Where none was demonstrated, or
     one that the expert wants avoided, the feasible actions that are not avoided are first taken

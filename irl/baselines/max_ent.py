@@ -76,7 +76,7 @@ class FeatureMatching:
 
         Raises:
             InputError: if there is no demonstration, a pair is infeasible, a trajectory's steps
-                are not consecutive (as with generalised pairs, which are no walks), or the
+                are not consecutive (as with generalised pairs, which are not walks), or the
                 features are not finite or have a wrong shape.
         """
         phi = state_features(model, features)

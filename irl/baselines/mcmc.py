@@ -18,7 +18,7 @@ class Step(NamedTuple, Generic[Extra]):
     Attributes:
         x: the parameters.
         log_likelihood: theirs.
-        extra: what their evaluation gave besides.
+        extra: what else their evaluation gave.
         accepted: whether the proposal was taken.
     """
 
@@ -58,11 +58,11 @@ def crank_nicolson(
     while True:
         epsilon = math.exp(log_epsilon)
         proposal = math.sqrt(1 - epsilon**2) * x + epsilon * scale * rng.standard_normal(x.size)
-        there, besides = log_likelihood(proposal)
+        there, extra_there = log_likelihood(proposal)
         log_ratio = there - value
         accepted = bool(math.log(1 - rng.random()) <= log_ratio)
         if accepted:
-            x, value, extra = proposal, there, besides
+            x, value, extra = proposal, there, extra_there
         k += 1
         if k <= burn_in:
             surplus = math.exp(min(log_ratio, 0.0)) - TARGET

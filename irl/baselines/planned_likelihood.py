@@ -17,7 +17,7 @@ from irl.mdp import TransitionModel
 class PlannedLikelihood:
     """The demonstrator acts by π(a | s) ∝ exp(β Q(s, a)), Q = P f being planned for the reward.
 
-    For a p-norm, which wants values from 0, the reward is first shifted by its least entry.
+    For a p-norm, which needs values from 0, the reward is first shifted by its least entry.
     One evaluation begins where the last one's planning ended.
 
     Attributes:

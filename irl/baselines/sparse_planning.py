@@ -1,4 +1,6 @@
-"""Planning with a sparse reward: maximum likelihood under the soft-optimal policy, an L1 price.
+"""The method ``planning``: a sparse reward, most likely under its soft-optimal policy, is learnt.
+
+``irl.planning`` plans for rewards that are known.
 
 The demonstrator is taken to choose a in s with probability exp(Q(s, a) − V(s)), where V is the
 log-sum-exp of Q (soft value iteration, discounted; Ziebart 2010, Haarnoja et al. 2017) and the

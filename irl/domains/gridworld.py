@@ -163,10 +163,10 @@ class GridWorld:
     def trajectories(self, kind: str) -> list[list[tuple[int, int]]]:
         """(state, action) pairs from each of the four corners to the goal, by a shortest way.
 
-        ``diagonal`` steps along x and y by turns (Figure 6.5's staircases) and finishes
+        ``diagonal`` steps along x and y in turn (Figure 6.5's staircases) and finishes
         straight. ``border`` follows the edge counter-clockwise as far as that leads nearer to
         the goal, leaves it there and goes straight in; on a grid without blocked cells no two of
-        its trajectories share a cell. A corner that is the goal, or from where there is no way,
+        its trajectories share a cell. A corner that is the goal, or that has no way to it,
         yields an empty one.
 
         Raises:

@@ -22,7 +22,7 @@ from irl.queries import (
     STATE_STRATEGIES,
     QueryContext,
     select_cluster,
-    select_state,
+    select_states,
 )
 from irl.teacher import Teacher
 from irl.training import TrainingConfig
@@ -227,7 +227,7 @@ def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
             start_states=np.arange(49),
             rng=rng,
         )
-        asked.append(select_state(strategy, context))
+        asked += select_states(strategy, context).tolist()
         labels = labels.merge(Demonstrations.from_pairs(guide.trajectory(asked[-1], rng)))
         cluster = select_cluster("masked_entropy", context, CLUSTERS, advised)
         if cluster is not None:

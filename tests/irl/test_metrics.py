@@ -48,8 +48,8 @@ def test_wilson_interval_has_its_textbook_values():
 
 
 @pytest.mark.parametrize(("successes", "trials"), [(1, 0), (0, 0), (3, 2), (-1, 2)])
-def test_wilson_refuses_what_is_no_share(successes, trials):
-    with pytest.raises(InputError, match="no share"):
+def test_wilson_refuses_what_is_not_a_share(successes, trials):
+    with pytest.raises(InputError, match="not a share"):
         wilson_interval(successes, trials)
 
 

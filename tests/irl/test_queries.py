@@ -16,11 +16,12 @@ from irl.queries import (
     information_value,
     margin,
     select_cluster,
-    select_state,
+    select_part,
     select_states,
     thesis_entropy,
     visitation_entropy,
 )
+from irl.uncertainty import entropy
 
 WORLD = GridWorld(5, (2, 2))
 CORNER, SIDE, INNER = 0, 2, 12
@@ -67,7 +68,7 @@ def test_margin_prefers_ties():
 
 def test_diversified_entropy_takes_the_farthest_of_the_uncertain():
     # All inner cells tie in the top tenth; the farthest of them from corner 0 is cell (3, 3).
-    assert select_state("diversified_entropy", context(demonstrated=[0])) == WORLD.index(3, 3)
+    assert select_states("diversified_entropy", context(demonstrated=[0])) == [WORLD.index(3, 3)]
     scores = diversified_entropy(context())  # nothing demonstrated yet: all equally far
     assert np.isposinf(scores[INNER])
 
@@ -87,10 +88,10 @@ def test_visitation_entropy_asks_where_the_policy_goes():
 def test_every_strategy_asks_a_candidate_and_repeats_itself(strategy):
     allowed = np.array([3, 7, 8, 19])
     q = np.random.default_rng(1).normal(size=(25, 4))
-    asked = {select_state(strategy, context(q, [7], allowed)) for _ in range(3)}
+    asked = {int(select_states(strategy, context(q, [7], allowed))[0]) for _ in range(3)}
     assert len(asked) == 1
     assert asked <= {3, 8, 19}
-    assert select_state(strategy, context(q, [7], np.array([7]))) is None
+    assert select_states(strategy, context(q, [7], np.array([7]))).size == 0
 
 
 @dataclass
@@ -113,7 +114,7 @@ def test_single_actions_and_states_without_any_do_no_harm(strategy, chain):
     one_action = TransitionModel.from_entries(
         2, 1, np.array([0, 1]), np.zeros(2, int), np.array([1, 0]), np.ones(2)
     )
-    assert select_state(strategy, context(world=Line(one_action, np.zeros((2, 1))))) in (0, 1)
+    assert select_states(strategy, context(world=Line(one_action, np.zeros((2, 1))))) in (0, 1)
 
 
 @pytest.mark.parametrize("strategy", STATE_STRATEGIES)
@@ -122,18 +123,10 @@ def test_a_batch_begins_with_the_single_query_and_asks_no_state_twice(strategy, 
     q = np.random.default_rng(1).normal(size=(25, 4))
     known = [0, 1, 2, 3, 4, 5]
     batch = select_states(strategy, context(q, known), count).tolist()
-    assert batch[0] == select_state(strategy, context(q, known))
+    assert batch[:1] == select_states(strategy, context(q, known)).tolist()
     assert len(batch) == len(set(batch)) == min(count, 19)
     assert not set(batch) & set(known)
     assert batch == select_states(strategy, context(q, known), count).tolist()
-
-
-def test_a_batch_of_one_draws_no_more_than_a_query():
-    one, other = context(), context()
-    assert select_states("masked_entropy", one, 1).tolist() == [
-        select_state("masked_entropy", other)
-    ]
-    assert one.rng.bit_generator.state == other.rng.bit_generator.state
 
 
 def test_a_batch_is_spread_over_the_best():
@@ -162,12 +155,12 @@ def test_random_batches_are_uniform():
 def test_committee_strategies_need_a_committee_and_ignore_one_that_agrees():
     for strategy in COMMITTEE_STRATEGIES:
         with pytest.raises(InputError, match=f"{strategy}.*committee"):
-            select_state(strategy, replace(context(), committee_q=None))
+            select_states(strategy, replace(context(), committee_q=None))
         scores = STATE_STRATEGIES[strategy](context(spread=0.0))
         assert scores[np.isfinite(scores)] == pytest.approx(0.0, abs=1e-12)
     assert STATE_STRATEGIES.keys() > COMMITTEE_STRATEGIES
     for strategy in STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES:
-        assert select_state(strategy, replace(context(), committee_q=None)) is not None
+        assert select_states(strategy, replace(context(), committee_q=None)).size == 1
 
 
 def test_value_of_information_asks_what_settles_decisions_on_the_way():
@@ -218,8 +211,27 @@ def test_every_cluster_strategy_ends_with_none(strategy):
 
 def test_unknown_names_list_the_known():
     with pytest.raises(InputError, match=r"state_query.*margin"):
-        select_state("entropy", context())
+        select_states("entropy", context())
     with pytest.raises(InputError, match=r"cluster_query.*masked_entropy"):
         select_cluster("entropy", context(), {})
     with pytest.raises(InputError, match=r"batch.*≥ 1"):
         select_states("margin", context(), 0)
+
+
+def test_the_part_of_highest_mean_uncertainty_is_asked_about():
+    partition = np.array([0, 0, 1, 2, 2, -1])
+    uncertainty = np.array([1.0, 0.0, 0.6, 0.9, 0.3, 9.0])
+    rng, none = np.random.default_rng(0), np.zeros(0, dtype=int)
+    found = {select_part(partition, none, uncertainty, rng) for _ in range(50)}
+    assert found == {1, 2}  # equal means, drawn evenly; the state outside does not count
+    assert select_part(partition, np.array([1, 2]), uncertainty, rng) == 0
+    assert select_part(partition, np.array([0, 1, 2]), uncertainty, rng) is None
+    assert {select_part(partition, none, None, rng) for _ in range(50)} == {0, 1, 2}
+
+
+def test_of_single_states_the_part_is_the_state_that_entropy_asks_about():
+    q = np.random.default_rng(1).normal(size=(25, 4))
+    at = context(q, [7])
+    partition = np.where(np.isin(np.arange(25), at.candidates), np.arange(25), -1)
+    state = select_part(partition, np.zeros(0, dtype=int), entropy(at.q), np.random.default_rng(0))
+    assert [state] == select_states("masked_entropy", at).tolist()

@@ -1,19 +1,25 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
+from matplotlib.figure import Figure
 
-from experiments.sailing import story
-from experiments.sailing.learning import STRATEGIES, Learner, ask, measure, next_cluster
+from experiments.sailing import others, story
+from experiments.sailing.learning import STRATEGIES, Learner, ask, measure
+from experiments.sailing.others import other_curves
+from experiments.sailing.plots import plot_others
 from experiments.sailing.story import (
     Config,
     curve,
     first_reached,
+    others_result,
     plan_of,
     queries_to_target,
     run_seeds,
 )
+from irl.baselines.birl import SamplingConfig
 from irl.errors import InputError
 
 TINY = ("--size", 3, "--seeds", 2, "--objective-queries", 2, "--qualities", 1, 0,
@@ -64,6 +70,32 @@ def test_command_leaves_configuration_result_and_figures(tmp_path, command):
         assert entry["queries"] is None or 0 <= entry["queries"] <= 24 * 8
 
 
+def test_other_learners_ask_too_if_they_are_asked_for(plan, problem, monkeypatch):
+    monkeypatch.setattr(others, "SAMPLING", SamplingConfig(2.0, 1.0, 2, burn_in=10, samples=4))
+    shown = problem.demonstrate(2, np.random.default_rng(0))
+    asking = replace(plan, advise_queries=3, birl_queries=2)
+    runs = [other_curves(asking, problem, shown, seed) for seed in (0, 1)]
+    result = others_result(runs)
+    queries = {name: [row[0] for row in rows] for name, rows in result["other_curves"].items()}
+    assert queries == {
+        "advise": [0, 1, 2, 3],
+        "advise_random": [0, 1, 2, 3],
+        "birl": [0, 1, 2],
+        "birl_random": [0, 1, 2],
+    }
+    for kind in ("advise", "birl"):  # both of a kind begin with the same learner
+        first, second = (result["other_curves"][name][0] for name in (kind, f"{kind}_random"))
+        assert first == second
+    assert all(row[1] <= 1 + 1e-9 for rows in result["other_curves"].values() for row in rows)
+    assert result["other_r_hat"].keys() == {"birl", "birl_random"}
+    plot_others(Figure(), result["other_curves"], result["other_curves"]["advise"], 0.9)
+
+
+def test_other_learners_are_left_out_by_default(plan, problem):
+    shown = problem.demonstrate(2, np.random.default_rng(0))
+    assert others_result([other_curves(plan, problem, shown, seed=0)]) == {}
+
+
 def test_results_do_not_depend_on_the_number_of_workers(plan):
     one, two = (run_seeds(plan, [3, 4], workers) for workers in (1, 2))
     for a, b in zip(one, two, strict=True):
@@ -110,18 +142,6 @@ def test_performance_is_one_for_the_sailor_and_zero_at_random(problem):
     assert problem.performance(optimal.argmax(axis=1)) == pytest.approx(1)
     assert problem.performance(mask / mask.sum(axis=1, keepdims=True)) == pytest.approx(0)
     assert problem.goal_reached(optimal.argmax(axis=1)) > 0.9
-
-
-def test_the_next_query_is_the_open_cluster_of_highest_mean_uncertainty():
-    clusters = np.array([0, 0, 1, 2, 2, -1])
-    uncertainty = np.array([1.0, 0.0, 0.6, 0.9, 0.3, 9.0])
-    rng = np.random.default_rng(0)
-    none = np.zeros(0, dtype=int)
-    found = {next_cluster(clusters, none, uncertainty, rng) for _ in range(50)}
-    assert found == {1, 2}  # equal means, drawn evenly; the state outside does not count
-    assert next_cluster(clusters, np.array([1, 2]), uncertainty, rng) == 0
-    assert next_cluster(clusters, np.array([0, 1, 2]), uncertainty, rng) is None
-    assert {next_cluster(clusters, none, None, rng) for _ in range(50)} == {0, 1, 2}
 
 
 @pytest.mark.parametrize("uncertain", [True, False])

@@ -6,15 +6,16 @@ from irl.advice import Advice
 from irl.baselines.action_advice import (
     AdviceConfig,
     AdviceLikelihood,
-    cluster_uncertainty,
+    AdvisedLearner,
     learn,
     uncertainty,
 )
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.demonstrations import Demonstrations
+from irl.demonstrators import ClusterAdvice
 from irl.domains.gridworld import DOWN, RIGHT, UP, GridWorld
 from irl.errors import InputError
-from irl.queries import action_probabilities
+from irl.uncertainty import action_probabilities
 
 
 @pytest.fixture
@@ -106,16 +107,23 @@ def test_uncertainty_mixes_what_was_shown_and_what_was_learnt(chain):
 def test_answers_make_certain(fork):
     grid, shown = fork
     cluster = np.flatnonzero(grid.cells[:, 0] == 3)
-    before = learn(grid.model, shown, nothing(grid.model), gamma=0.9)
-    answered = nothing(grid.model).add(cluster, [RIGHT], [])
-    after = learn(grid.model, shown, answered, gamma=0.9, start=before.reward)
-    clusters = {"asked": cluster, "none": np.zeros(0, int)}
-    doubt = [
-        cluster_uncertainty(uncertainty(grid.model, shown, result.q), clusters)
-        for result in (before, after)
-    ]
-    assert doubt[1].keys() == {"asked"}
-    assert doubt[1]["asked"] < doubt[0]["asked"]
+    learner = AdvisedLearner(grid.model, shown, gamma=0.9)
+    before = learner.uncertainty[cluster].mean()
+    learner.take(cluster, ClusterAdvice(frozenset({RIGHT})))
+    assert learner.uncertainty[cluster].mean() < before
+    assert (learner.policy[cluster] == RIGHT).all()
+
+
+def test_a_learner_goes_on_from_what_it_knew(fork):
+    grid, shown = fork
+    answers = [(np.array([0, 1]), UP), (np.array([20, 21]), DOWN)]
+    learner, advice = AdvisedLearner(grid.model, shown, gamma=0.9), nothing(grid.model)
+    expected = learn(grid.model, shown, advice, gamma=0.9)
+    for states, action in answers:
+        learner.take(states, ClusterAdvice(frozenset({action})))
+        advice = advice.add(states, [action], [])
+        expected = learn(grid.model, shown, advice, gamma=0.9, start=expected.reward)
+    np.testing.assert_array_equal(learner.result.q, expected.q)
 
 
 def test_bad_arguments_are_named(chain):

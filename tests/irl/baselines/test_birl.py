@@ -3,12 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from irl.baselines.birl import Posterior, SamplingConfig, active_birl, birl
+from irl.baselines.birl import QUERIES, Posterior, SamplingConfig, active_birl, birl
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.planning import value_iteration
+from irl.problem import LearningProblem
 
 GAMMA = 0.9
 QUICK = SamplingConfig(burn_in=60, samples=10, thin=2)
@@ -97,11 +98,10 @@ def test_doubt_is_where_nothing_is_known():
 def test_the_doubtful_state_is_asked_about_first():
     model = fork(4)
     oracle = OracleDemonstrator(model, np.array([6]))
-    posterior, shown = active_birl(
-        model,
+    *_, (posterior, shown) = active_birl(
+        LearningProblem(model, gamma=GAMMA),
         Demonstrations.from_pairs([(0, 0)] * 5),
         oracle,
-        gamma=GAMMA,
         budget=1,
         rng=np.random.default_rng(0),
         config=SamplingConfig(beta=5.0, burn_in=100, samples=50, thin=3),
@@ -114,11 +114,18 @@ def test_no_state_is_asked_twice_and_the_budget_holds():
     model, oracle = fork(4), OracleDemonstrator(fork(4), np.array([4, 6]))
     start = Demonstrations.from_pairs([(0, 0)])
 
-    def asked(**options):
-        given = {"gamma": GAMMA, "rng": np.random.default_rng(1), "config": QUICK} | options
-        return active_birl(model, start, oracle, **given)[1].state[1:].tolist()
+    def asked(candidates=None, **options):
+        problem = LearningProblem(model, gamma=GAMMA, candidates=candidates)
+        given = {"rng": np.random.default_rng(1), "config": QUICK} | options
+        states = [
+            shown.state[1:].tolist() for _, shown in active_birl(problem, start, oracle, **given)
+        ]
+        # Each answer joins those before.
+        assert states == [states[-1][:n] for n in range(len(states))]
+        return states[-1]
 
-    assert sorted(asked(budget=10)) == [1, 2, 3]
+    for query in QUERIES:
+        assert sorted(asked(budget=10, query=query)) == [1, 2, 3]
     assert len(asked(budget=2)) == 2
     assert asked(budget=3, candidates=np.array([0, 2])) == [2]
     assert asked(budget=0) == []
@@ -159,3 +166,16 @@ def test_bad_arguments_are_named(chain):
         birl(chain, Demonstrations.from_pairs([(3, 1)]), gamma=GAMMA, rng=rng)
     with pytest.raises(InputError, match="gamma"):
         birl(chain, Demonstrations.from_pairs([(0, 1)]), gamma=1.0, rng=rng)
+    with pytest.raises(
+        InputError, match="query: unknown name 'any'; valid: policy_entropy, random"
+    ):
+        next(
+            active_birl(
+                LearningProblem(chain, gamma=GAMMA),
+                Demonstrations.from_pairs([(0, 1)]),
+                OracleDemonstrator(chain, np.array([3])),
+                budget=1,
+                rng=rng,
+                query="any",
+            )
+        )

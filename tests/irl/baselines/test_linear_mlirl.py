@@ -38,9 +38,6 @@ def test_recovers_the_grid_from_few_features(grid, optimal_walks, share_of_optim
     assert share_of_optimum(Q.argmax(axis=1)).min() >= 0.99
 
 
-def test_bad_arguments_are_named(chain):
-    walk = Demonstrations.from_pairs([(0, 1), (1, 1)])
+def test_choices_without_temperature_are_refused():
     with pytest.raises(InputError, match="beta"):
         MlirlConfig(beta=0.0)
-    with pytest.raises(InputError, match="features"):
-        linear_mlirl(chain, walk, np.zeros((3, 2)), gamma=0.9)

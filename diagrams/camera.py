@@ -16,7 +16,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from models.scenes.description_files import add_models
+from models.scenes.parsing import add_models
 
 VIEW_FROM, VIEW_AT = (1.35, -1.05, 1.15), (0.38, 0.0, 0.68)
 """Where the standard view stands and looks [m]."""

@@ -17,7 +17,7 @@ from pydrake.multibody.plant import (
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.framework import Context
 
-from models.scenes.description_files import CUBE
+from models.scenes.parsing import CUBE
 from models.task.spaces import CUBE_EDGE
 
 TIME_STEP = 0.002

@@ -6,6 +6,7 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 
 from diagrams.reference_ramp import ReferenceRamp
 from models.scenes import gripper
+from models.task.spaces import CUBE_EDGE
 
 GRIP_FORCE = 40.0
 """Force of each pad on what it holds [N]; the vendor's range is 20 to 235 N."""
@@ -20,7 +21,7 @@ def prepare_gripper(plant: MultibodyPlant, hand: ModelInstanceIndex) -> None:
     Call before ``plant.Finalize()``. The torque limit is the one that presses the pads on a
     4 cm cube with `GRIP_FORCE`; equal on both sides, so that neither finger leads.
     """
-    torque = GRIP_FORCE * float(gripper.closing_rate(gripper.knuckle_angle(0.04)))
+    torque = GRIP_FORCE * float(gripper.closing_rate(gripper.knuckle_angle(CUBE_EDGE)))
     for side in ("left", "right"):
         actuator = plant.GetJointActuatorByName(f"{side}_knuckle", hand)
         actuator.set_controller_gains(_GAINS)

@@ -12,7 +12,7 @@ from diagrams.contact import TIME_STEP, use_grasp_contact
 from diagrams.gripper_controller import GripperController, prepare_gripper
 from diagrams.state_identifier import StateIdentifier
 from models.scenes import gripper
-from models.scenes.description_files import ARM, CUBE, GRIPPER, add_models
+from models.scenes.parsing import ARM, CUBE, GRIPPER, add_models
 from models.scenes.planning_scene import HOME
 
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from models.motion.paths import PathPlanner, plan_path
     from models.motion.planner import ActionPlanner
     from models.motion.timing import time_path
-    from models.scenes.description_files import add_models, strict_parser
+    from models.scenes.parsing import add_models, strict_parser
     from models.scenes.planning_scene import HOME, PlanningScene
     from models.scenes.robots import GEN3, GEN3_LITE, Robot
     from models.task.spaces import Action, State
@@ -81,7 +81,7 @@ _HOMES = {
     "models.motion.paths": ("PathPlanner", "plan_path"),
     "models.motion.planner": ("ActionPlanner",),
     "models.motion.timing": ("time_path",),
-    "models.scenes.description_files": ("add_models", "strict_parser"),
+    "models.scenes.parsing": ("add_models", "strict_parser"),
     "models.scenes.planning_scene": ("HOME", "PlanningScene"),
     "models.scenes.robots": ("GEN3", "GEN3_LITE", "Robot"),
     "models.task.spaces": ("Action", "State"),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from pydrake.visualization import ModelVisualizer
 
-from models.scenes.description_files import MODELS, PACKAGE
+from models.scenes.parsing import MODELS, PACKAGE
 
 SCENES = {
     ("gen3", False): "station.dmd.yaml",

@@ -84,7 +84,7 @@ class Campaign:
     Attributes:
         trial: how each is run.
         seed: root of every trial's own seed.
-        description: `models.scenes.description_files.description_hash` of the simulated models.
+        description: `models.scenes.parsing.description_hash` of the simulated models.
         drake: version of the simulator.
         rig: `FLOATING`, a gripper without an arm, or `ARM`, the whole station.
         reachability_map: SHA-256 of the map that the arm's motions are planned on, else empty.

@@ -20,7 +20,7 @@ from diagrams.faults import simulating
 from diagrams.gripper_controller import GripperController, prepare_gripper
 from diagrams.reference_ramp import ReferenceRamp
 from models.scenes import gripper
-from models.scenes.description_files import CUBE, add_models
+from models.scenes.parsing import CUBE, add_models
 from models.task.spaces import CUBE_EDGE
 
 MODEL_FILES = ("table.sdf", "gantry.urdf", "robotiq_2f_85.urdf", "cube.sdf")

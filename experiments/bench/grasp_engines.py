@@ -23,7 +23,7 @@ from experiments.bench.comparison import Peers
 from models.maps.gripper_poses import grasp_position
 from models.rotations import rotation_vector_to_matrix
 from models.scenes import gripper
-from models.scenes.description_files import DESCRIPTION
+from models.scenes.parsing import DESCRIPTION
 from models.task.discretise import nearest_orientation
 from models.task.spaces import CUBE_EDGE, N_YAWS, R_WG, REST_HEIGHT, TABLE_TOP
 

@@ -29,7 +29,7 @@ from experiments.kit.executors import Workers, start_workers
 from experiments.kit.shipped_data import load_feasibility
 from experiments.transitions.worker import work
 from models.rotations import geodesic_angle
-from models.scenes.description_files import description_hash
+from models.scenes.parsing import description_hash
 from models.task.spaces import REST_HEIGHT, TILTED, VERTICAL, Kind, decode_actions
 
 SAMPLE = 24

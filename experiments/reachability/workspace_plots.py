@@ -15,7 +15,7 @@ from pydrake.perception import BaseField, Fields, PointCloud
 from pydrake.systems.framework import DiagramBuilder
 
 from models.maps.workspace_map import WorkspaceMap
-from models.scenes.description_files import ARM, add_models
+from models.scenes.parsing import ARM, add_models
 from models.scenes.planning_scene import HOME
 
 COLOURS = "viridis"

@@ -19,7 +19,7 @@ from irl.identity import require_same_work
 from models.errors import ModelError
 from models.maps.workspace import FAILURES, Decisions, Grid, WorkspaceSolver
 from models.maps.workspace_map import WorkspaceMap
-from models.scenes.description_files import description_hash
+from models.scenes.parsing import description_hash
 from models.scenes.planning_scene import MARGIN
 
 FILE = "workspace.npz"

@@ -49,7 +49,7 @@ from experiments.transitions.validation import draw_pairs, plot_validation, prin
 from irl.choices import check_range
 from irl.files import sha256
 from irl.task_data import load_task
-from models.scenes.description_files import STATION_FILES, description_hash
+from models.scenes.parsing import STATION_FILES, description_hash
 from models.task.spaces import Kind
 from models.task.trial_classes import trial_classes
 

@@ -7,7 +7,7 @@ from diagrams.trials.database import Campaign
 from diagrams.trials.record import TrialConfig
 from diagrams.trials.rig import MODEL_FILES
 from irl.choices import check_range
-from models.scenes.description_files import description_hash
+from models.scenes.parsing import description_hash
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from pydrake.math import RigidTransform
 from models.compiled import compiled
 from models.errors import ModelError
 from models.gen3.chain import Array, link_frames
-from models.scenes.description_files import ARM
+from models.scenes.parsing import ARM
 from models.scenes.planning_scene import PlanningScene
 
 FREE, DOUBTFUL, SELF, FURNITURE = 0, 1, 2, 3

@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 from pydrake.math import RigidTransform
 
-from models.scenes.description_files import ARM, GRIPPER
+from models.scenes.parsing import ARM, GRIPPER
 from models.scenes.planning_scene import Clearance, PlanningScene
 
 POSITION_TOLERANCE = 1e-5

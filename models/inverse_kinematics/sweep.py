@@ -15,7 +15,7 @@ from models.gen3.branches import wrist_in_reach
 from models.gen3.capsules import FURNITURE, SELF, Capsules, capsules_of, verdicts
 from models.gen3.newton import BEYOND_LIMITS
 from models.inverse_kinematics.solution import Failure, IkSolution, collision_failure, reaches
-from models.scenes.description_files import ARM
+from models.scenes.parsing import ARM
 from models.scenes.planning_scene import HOME, Clearance, PlanningScene
 
 LIMIT_ZONE = 0.2

@@ -19,7 +19,7 @@ from models.gen3_lite.ik import solve_batch, within_limits
 from models.gen3_lite.polynomial import out_of_reach
 from models.inverse_kinematics.solution import Failure, collision_failure, reaches
 from models.maps.gripper_poses import gripper_pose, pose_key
-from models.scenes.description_files import ARM
+from models.scenes.parsing import ARM
 from models.scenes.planning_scene import MARGIN, Clearance, PlanningScene
 from models.scenes.robots import GEN3_LITE
 from models.task.spaces import N_GRIPPERS, POSITIONS

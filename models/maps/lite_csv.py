@@ -15,7 +15,7 @@ import numpy as np
 from models.errors import ModelError
 from models.inverse_kinematics.solution import Failure
 from models.maps.lite import NONE, VALUES, Entry
-from models.scenes.description_files import description_hash
+from models.scenes.parsing import description_hash
 from models.scenes.planning_scene import Clearance
 from models.scenes.robots import GEN3_LITE
 from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS

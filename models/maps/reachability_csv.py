@@ -19,7 +19,7 @@ from models.inverse_kinematics.solution import Failure
 from models.maps.gripper_poses import Layer, pose_key
 from models.maps.pose_solver import Entry
 from models.maps.reachability import ReachabilityMap
-from models.scenes.description_files import description_hash
+from models.scenes.parsing import description_hash
 from models.scenes.planning_scene import Clearance
 from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS
 

@@ -14,7 +14,7 @@ import numpy as np
 from models.maps.reachability_csv import JOINTS
 from models.maps.workspace import FAILURES, REACHABLE
 from models.maps.workspace_map import WorkspaceMap
-from models.scenes.description_files import description_hash
+from models.scenes.parsing import description_hash
 from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS
 
 COLUMNS = (

@@ -13,7 +13,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 
 from models.scenes import gripper
-from models.scenes.description_files import ARM, GRIPPER
+from models.scenes.parsing import ARM, GRIPPER
 from models.scenes.planning_scene import PlanningScene
 
 N_JOINTS = 7

@@ -20,7 +20,7 @@ from pydrake.trajectories import (
 )
 
 from models.errors import ModelError
-from models.scenes.description_files import add_models
+from models.scenes.parsing import add_models
 
 ACCELERATION_LIMIT = 3.0
 """Joint accelerations [rad/s²]: ours, for want of a figure from the vendor."""

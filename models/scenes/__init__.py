@@ -1,6 +1,6 @@
 """The arms with their hands, before box and table, as Drake plants.
 
-Read `description_files` first: it parses `models/description` and names what stored results were
+Read `parsing` first: it parses `models/description` and names what stored results were
 computed from. `robots` tells the two arms apart, `gripper` and `lite_gripper` are their hands'
 linkages, and `planning_scene` answers the two questions of all planning: where is the hand at
 these joint angles, and what is it near to?

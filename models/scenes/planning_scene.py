@@ -20,7 +20,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
 from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
-from models.scenes.description_files import ARM, GRIPPER, add_models
+from models.scenes.parsing import ARM, GRIPPER, add_models
 from models.scenes.robots import GEN3, Robot
 from models.task.spaces import CUBE_EDGE
 

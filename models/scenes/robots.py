@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.scenes import gripper, lite_gripper
-from models.scenes.description_files import STATION_FILES
+from models.scenes.parsing import STATION_FILES
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from pydrake.systems.framework import DiagramBuilder
 from diagrams.contact import TIME_STEP, use_grasp_contact
 from diagrams.gripper_controller import GRIP_FORCE, GripperController, prepare_gripper
 from models.scenes import gripper
-from models.scenes.description_files import add_models
+from models.scenes.parsing import add_models
 
 SIDES = ("left", "right")
 

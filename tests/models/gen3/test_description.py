@@ -12,7 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RotationalInertia
 
 from models.dh import GEN3_DH, forward_kinematics
-from models.scenes.description_files import add_models
+from models.scenes.parsing import add_models
 
 # Of each joint in its parent, then of the end effector: xyz [m], rpy [rad].
 ORIGINS = [

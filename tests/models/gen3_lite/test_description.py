@@ -8,13 +8,13 @@ from pydrake.systems.analysis import Simulator
 
 from models import dh
 from models.gen3_lite import chain
-from models.scenes.description_files import (
+from models.scenes.lite_gripper import JOINTS, LOWER, MAX_OPENING, UPPER, joint_positions, opening
+from models.scenes.parsing import (
     DESCRIPTION,
     STATION_FILES,
     add_models,
     description_hash,
 )
-from models.scenes.lite_gripper import JOINTS, LOWER, MAX_OPENING, UPPER, joint_positions, opening
 from models.scenes.planning_scene import PlanningScene
 from models.scenes.robots import GEN3_LITE
 

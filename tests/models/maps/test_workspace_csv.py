@@ -11,7 +11,7 @@ from models.maps import reachability_csv
 from models.maps.workspace import FAILURES, REACHABLE, Decisions, Grid
 from models.maps.workspace_csv import COLUMNS, write_map
 from models.maps.workspace_map import WorkspaceMap
-from models.scenes.description_files import description_hash
+from models.scenes.parsing import description_hash
 from models.scenes.planning_scene import MARGIN
 from models.task.spaces import GRIPPER_ANGLES
 

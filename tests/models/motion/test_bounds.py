@@ -5,8 +5,8 @@ import pytest
 from pydrake.multibody.tree import BodyIndex
 
 from models.motion.bounds import QUERY, MotionBounds
-from models.scenes.description_files import ARM, GRIPPER
 from models.scenes.gripper import MAX_OPENING
+from models.scenes.parsing import ARM, GRIPPER
 from models.scenes.planning_scene import MARGIN, PlanningScene
 
 KEPT = MARGIN / 2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from models.scenes import gripper
-from models.scenes.description_files import GRIPPER
+from models.scenes.parsing import GRIPPER
 from models.scenes.planning_scene import PlanningScene
 
 WIDTHS = np.linspace(0.002, gripper.MAX_OPENING, 12)

@@ -8,7 +8,7 @@ import pytest
 
 from models.errors import ModelError
 from models.rotations import rotation_z
-from models.scenes.description_files import DESCRIPTION
+from models.scenes.parsing import DESCRIPTION
 from models.task import clusters, spaces, words
 from models.task.spaces import LOST, POSITIONS, R_WG, R_WO, Action, Kind, State
 

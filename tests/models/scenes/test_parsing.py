@@ -10,7 +10,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
 
-from models.scenes.description_files import (
+from models.scenes.parsing import (
     DESCRIPTION,
     PACKAGE,
     add_models,

@@ -18,7 +18,7 @@ from irl.errors import InputError
 Config = TypeVar("Config")
 
 _FRAME = re.compile(r"\x1b\[[0-9;]*m|[╭╮╰╯│]")
-_RULE = re.compile(r"─{3,}")
+_RULE = re.compile(r"[─-]{3,}")  # hyphens where a terminal has no frames
 _HINT = "Perhaps you meant:"
 _NESTED = re.compile(r"^Error parsing (?:[\w-]*dummy-inner[\w-]*\.)?([\w.-]+): ")
 _NAMED = (
@@ -103,7 +103,7 @@ def _message(box: str, config_type: Any) -> str:
     The box has a title in its frame, and sections between rules: what is wrong first.
     """
     lines = [_FRAME.sub("", line).strip() for line in box.splitlines()[1:]]
-    sections = _RULE.split("\n".join(lines))
+    sections = [part for part in _RULE.split("\n".join(lines)) if part.strip()]
     told = " ".join(sections[0].split()).rstrip(".")
     if nested := _NESTED.match(told):
         group, told = nested[1], told[nested.end() :]

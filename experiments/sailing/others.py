@@ -27,8 +27,9 @@ def other_curves(
     """Performance before the first query and after each, of every learner that is asked for.
 
     Returns:
-        ``others/NAME`` → float64 ``[queries + 1]``. Bayesian IRL has also ``others/NAME/r_hat``,
-        split-R̂ after each query: whether its chains agree.
+        ``others/NAME`` → float64 ``[queries + 1]``. Bayesian IRL also has ``others/NAME/chains``
+        ``[2]``: split-R̂ and effective samples after the last query, which say whether its chains
+        agree, and how much they know.
     """
     result = {}
     for name in OTHERS:
@@ -44,14 +45,14 @@ def other_curves(
             told = np.array(list(_birl(plan, problem, shown, bool(random), rng)))
             # What is known last stands where every state has been asked about.
             told = told[np.minimum(np.arange(plan.birl_queries + 1), len(told) - 1)]
-            result[f"others/{name}"], result[f"others/{name}/r_hat"] = told.T
+            result[f"others/{name}"], result[f"others/{name}/chains"] = told[:, 0], told[-1, 1:]
     return result
 
 
 def _birl(
     plan: Plan, problem: Problem, shown: Demonstrations, random: bool, rng: np.random.Generator
-) -> Iterator[tuple[float, float]]:
-    """Performance and split-R̂ before the first query and after each answer."""
+) -> Iterator[tuple[float, float, float]]:
+    """Performance, split-R̂ and effective samples before the first query and after each answer."""
     lake = problem.lake
     asked_about = LearningProblem(
         lake.model, lake.features, gamma=plan.gamma, candidates=np.flatnonzero(~lake.at_goal)
@@ -66,4 +67,4 @@ def _birl(
         config=SAMPLING,
     ):
         policy = lake.model.table(posterior.policy).argmax(axis=1)
-        yield problem.performance(policy), posterior.r_hat
+        yield problem.performance(policy), posterior.r_hat, posterior.effective_samples

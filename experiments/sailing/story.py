@@ -177,7 +177,7 @@ def clustering_result(plan: Plan, runs: list[dict[str, np.ndarray]], most: int) 
 def others_result(runs: list[dict[str, np.ndarray]]) -> dict[str, Any]:
     """Curves of the other learners, and whether Bayesian IRL's chains agree; empty without any.
 
-    ``other_r_hat`` is split-R̂ after the last query, of each seed.
+    ``other_chains`` gives split-R̂ and effective samples after the last query, of each seed.
     """
     found = {
         name: np.array([run[f"others/{name}"] for run in runs])
@@ -186,13 +186,16 @@ def others_result(runs: list[dict[str, np.ndarray]]) -> dict[str, Any]:
     }
     if not found:
         return {}
-    agreed = {
-        name: [float(run[f"others/{name}/r_hat"][-1]) for run in runs]
+    chains = {
+        name: {
+            "r_hat": [float(run[f"others/{name}/chains"][0]) for run in runs],
+            "effective_samples": [float(run[f"others/{name}/chains"][1]) for run in runs],
+        }
         for name in found
-        if f"others/{name}/r_hat" in runs[0]
+        if f"others/{name}/chains" in runs[0]
     }
     curves = {name: curve(np.arange(values.shape[1]), values) for name, values in found.items()}
-    return {"other_curves": curves, "other_r_hat": agreed}
+    return {"other_curves": curves, "other_chains": chains}
 
 
 def learned_policies(plan: Plan, seed: int) -> dict[str, np.ndarray]:

@@ -1,6 +1,7 @@
 """Options are read from what a person typed, and mistakes named as they were typed."""
 
 import importlib
+import io
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ import tyro
 from experiments import demo
 from experiments.kit.options import OptionError, name_option, parse
 from experiments.transitions import story as transitions
+from irl.choices import Limits, Settings
 
 ROOT = Path(__file__).parents[3]
 
@@ -130,3 +132,19 @@ def test_every_option_is_explained(capsys, monkeypatch, name, arguments):
     for option in options:
         # Its name, of a switch its other name, and a sentence before the default.
         assert re.search(r"^--\S+,$|[A-Z].*[.)] ?\(default: ", option), option
+
+
+@dataclass(frozen=True)
+class Checked(Settings):
+    """Settings that check themselves."""
+
+    batch: Annotated[int, Limits(1)] = 1
+    """How many."""
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+def test_a_refusal_of_the_settings_themselves_names_the_option(monkeypatch, encoding):
+    # Where frames cannot be written, the parser draws its rules with hyphens.
+    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(io.BytesIO(), encoding=encoding))
+    with pytest.raises(OptionError, match=r"^--batch: must be ≥ 1, is 0; for help: "):
+        parse(Checked, ["--batch", "0"])

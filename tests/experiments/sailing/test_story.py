@@ -87,7 +87,8 @@ def test_other_learners_ask_too_if_they_are_asked_for(plan, problem, monkeypatch
         first, second = (result["other_curves"][name][0] for name in (kind, f"{kind}_random"))
         assert first == second
     assert all(row[1] <= 1 + 1e-9 for rows in result["other_curves"].values() for row in rows)
-    assert result["other_r_hat"].keys() == {"birl", "birl_random"}
+    assert result["other_chains"].keys() == {"birl", "birl_random"}
+    assert all(len(each["r_hat"]) == 2 for each in result["other_chains"].values())
     plot_others(Figure(), result["other_curves"], result["other_curves"]["advise"], 0.9)
 
 

@@ -176,6 +176,7 @@ def active_fa_mlirl(
         problem = replace(problem, preferences=StatePreferences())
     if not config.action_advice or config.cluster_query == "none":
         teacher = replace(teacher, expert=None)
+    demonstrations.check(problem.model, "demonstrations")
     labels = demonstrations.resolved()
     most = config.max_demonstrated
     if most is not None and labels.n_states_demonstrated > most:
@@ -318,6 +319,7 @@ class _Run:
                 self.teacher.demonstrator.trajectory(query, state.rng),
                 trajectory=int(state.labels.trajectory.max()) + 1,
             )
+            shown.check(self.problem.model, f"answer about state {query}")
             state.learn_of(self.teacher.generalise(shown), most)
             cluster = None
             if self.teacher.expert is not None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from irl.choices import check_choice
 from irl.errors import InputError
+from irl.integers import integers
 
 BONUS = 0.2  # share of |Q| that a preferred action gains (thesis §4.2)
 AVOIDED_VALUE = -2.0  # what UpdateQ writes; below any Σ P f, as f > −1
@@ -93,11 +94,5 @@ class Advice:
 
 
 def _indices(name: str, values: Iterable[int], limit: int) -> np.ndarray:
-    array = np.asarray(list(values))
-    if array.size == 0:
-        return np.zeros(0, dtype=np.int64)
-    if not np.issubdtype(array.dtype, np.integer):
-        raise InputError(f"advice: {name} must be integers, are {array.dtype}")
-    if array.min() < 0 or array.max() >= limit:
-        raise InputError(f"advice: {name} must lie in 0…{limit - 1}")
-    return np.unique(array)
+    listed = values if isinstance(values, np.ndarray) else list(values)
+    return np.unique(integers(listed, f"advice: {name}", below=limit))

@@ -10,6 +10,7 @@ from functools import reduce
 import numpy as np
 
 from irl.choices import check_choice, check_range
+from irl.integers import integers
 
 AND = " ∩ "
 
@@ -59,7 +60,7 @@ def with_intersections(
     n_states = max((int(np.max(c)) + 1 for c in clusters.values() if len(c)), default=0)
     member = np.zeros((len(names), n_states), dtype=bool)
     for row, name in zip(member, names, strict=True):
-        row[np.asarray(clusters[name], dtype=np.int64)] = True
+        row[integers(clusters[name], f"clusters: {name!r}")] = True
     result = dict(clusters)
     known = {row.tobytes() for row in member}
     newest: list[tuple[tuple[int, ...], np.ndarray]] = [((k,), row) for k, row in enumerate(member)]

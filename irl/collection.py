@@ -40,6 +40,9 @@ def mislabel(
 ) -> Demonstrations:
     """Replace a share of the labels by wrong actions, drawn evenly.
 
+    A wrong action leads elsewhere than the run goes on, so each wrong label is a run of its own,
+    numbered after all others; where it stood its run is parted by the gap.
+
     Args:
         demonstrations: labelled pairs; they stay as they are.
         wrong: the wrong actions of every state, bool ``[n_states, n_actions]``, such as the
@@ -57,7 +60,11 @@ def mislabel(
     action = demonstrations.action.copy()
     for k in rng.choice(fallible, round(share * fallible.size), replace=False):
         action[k] = rng.choice(np.flatnonzero(choices[k]))
-    return replace(demonstrations, action=action)
+    trajectory, step = demonstrations.trajectory.copy(), demonstrations.step.copy()
+    changed = np.flatnonzero(action != demonstrations.action)
+    trajectory[changed] = trajectory.max(initial=-1) + 1 + np.arange(changed.size)
+    step[changed] = 0
+    return replace(demonstrations, trajectory=trajectory, step=step, action=action)
 
 
 def _collect(

@@ -1,7 +1,7 @@
 """Demonstration sets: labelled pairs, where they come from, and what follows from them (§5.10)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from irl.errors import InputError
 from irl.files import atomic_path
 from irl.formats import read_csv, write_csv
 from irl.generalisation import Generalisation
+from irl.integers import integers
 from irl.mdp import TransitionModel
 
 SOURCES = ("demonstrator", "generalised", "human")
@@ -36,18 +37,50 @@ class Demonstrations:
     action: np.ndarray
     source: np.ndarray
 
+    def __post_init__(self) -> None:
+        """Check types and lengths, and that no two demonstrated pairs are one moment of one run.
+
+        Raises:
+            InputError: naming the field, or the trajectory and step that occur twice.
+        """
+        for column in _COLUMNS[:-1]:
+            values = integers(getattr(self, column), f"demonstrations: field '{column}'")
+            object.__setattr__(self, column, values)
+        source = "demonstrations: field 'source'"
+        sources = integers(self.source, source, below=len(SOURCES), dtype=np.uint8)
+        object.__setattr__(self, "source", sources)
+        lengths = {column: getattr(self, column).size for column in _COLUMNS}
+        if len(set(lengths.values())) > 1:
+            raise InputError(f"columns of one length wanted, got {lengths}", place="demonstrations")
+        shown = ~self.generalised
+        moments, count = np.unique(
+            np.stack([self.trajectory[shown], self.step[shown]]), axis=1, return_counts=True
+        )
+        for trajectory, step in moments[:, count > 1].T[:1]:
+            raise InputError(
+                f"trajectory {trajectory} has step {step} more than once; give every run a number "
+                "of its own and every move its step",
+                place="demonstrations",
+            )
+
     @classmethod
     def from_pairs(
         cls, pairs: Iterable[tuple[int, int]], trajectory: int = 0, source: str = "demonstrator"
     ) -> "Demonstrations":
         """One trajectory of (state, action) pairs, steps counted from 0.
 
+        Args:
+            pairs: integers ``[n, 2]``: an array, or anything that gives pairs.
+            trajectory: its number; runs that are to be kept together need different ones.
+            source: who says so, a name in ``SOURCES``.
+
         Raises:
-            InputError: if ``source`` is unknown.
+            InputError: if ``pairs`` are not pairs of integers from 0, or ``source`` is unknown.
         """
         if source not in SOURCES:
             raise InputError(f"no source {source!r}", place="demonstrations", valid=SOURCES)
-        table = np.array(list(pairs), dtype=np.int64).reshape(-1, 2)
+        listed = pairs if isinstance(pairs, np.ndarray) else list(pairs)
+        table = integers(listed, "demonstrations: (state, action) pairs", columns=2)
         n = len(table)
         return cls(
             trajectory=np.full(n, trajectory, dtype=np.int64),
@@ -65,13 +98,34 @@ class Demonstrations:
         return cls.concatenate([cls.from_pairs(run, k) for k, run in enumerate(trajectories)])
 
     @classmethod
+    def from_labels(
+        cls, pairs: Iterable[tuple[int, int]], source: str = "demonstrator"
+    ) -> "Demonstrations":
+        """Pairs that say nothing of what comes next: each is a run of its own, numbered from 0.
+
+        Args:
+            pairs: integers ``[n, 2]``, (state, action).
+            source: who says so, a name in ``SOURCES``.
+
+        Raises:
+            InputError: as ``from_pairs``.
+        """
+        run = cls.from_pairs(pairs, source=source)
+        return replace(run, trajectory=run.step, step=np.zeros_like(run.step))
+
+    @classmethod
     def empty(cls) -> "Demonstrations":
         """No demonstrations."""
         return cls.from_pairs([])
 
     @classmethod
     def concatenate(cls, parts: Sequence["Demonstrations"]) -> "Demonstrations":
-        """All pairs of all parts, conflicts included."""
+        """All pairs of all parts, conflicts included.
+
+        Raises:
+            InputError: if two parts have runs of one number; number them from the start, as
+                ``from_trajectories`` does.
+        """
         return cls(
             *(np.concatenate([getattr(p, c) for p in (cls.empty(), *parts)]) for c in _COLUMNS)
         )
@@ -115,10 +169,11 @@ class Demonstrations:
         return self.n_states_demonstrated / n_states
 
     def check(self, model: TransitionModel, place: str = "demonstrations.csv") -> None:
-        """Check that every pair can be executed.
+        """Check that every pair can be executed, and that every move of a run is possible.
 
         Raises:
-            InputError: naming ``place``, row and field of the first pair that cannot.
+            InputError: naming ``place``, row and field of the first pair that cannot be executed,
+                or trajectory, step and move of the first that the model says is impossible.
         """
         for field, limit in (("state", model.n_states), ("action", model.n_actions)):
             values = getattr(self, field)
@@ -134,6 +189,56 @@ class Demonstrations:
                 place=place,
                 valid=model.actions_of(state).tolist() or ["none"],
             )
+
+        before, after = self._moves()
+        leads = self._leads_on(model, before, after)
+        for k in np.flatnonzero(~leads)[:1]:
+            b, a = before[k], after[k]
+            raise InputError(
+                f"trajectory {self.trajectory[b]}, step {self.step[b]}: action {self.action[b]} in "
+                f"state {self.state[b]} never leads to state {self.state[a]}, where the run goes "
+                "on; if runs were joined there, part them: Demonstrations.parted(model)",
+                place=place,
+            )
+
+    def parted(self, model: TransitionModel) -> tuple["Demonstrations", int]:
+        """These pairs, each run parted where the model says that a move is impossible.
+
+        What comes after such a move becomes a run of its own, numbered after all there are.
+
+        Args:
+            model: the transition model; every pair must be feasible in it.
+
+        Returns:
+            The pairs in the same order, and the number of places where a run was parted.
+        """
+        before, after = self._moves()
+        impossible = after[~self._leads_on(model, before, after)]
+        trajectory = self.trajectory.copy()
+        begins = np.lexsort((self.step[impossible], self.trajectory[impossible]))
+        highest = int(trajectory.max(initial=-1))
+        for number, row in enumerate(impossible[begins], start=highest + 1):
+            run, step = self.trajectory[row], self.step[row]
+            trajectory[(self.trajectory == run) & (self.step >= step)] = number
+        return replace(self, trajectory=trajectory), impossible.size
+
+    def _moves(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of the demonstrated pairs that follow each other in a run: before, and after."""
+        rows = np.flatnonzero(~self.generalised)
+        rows = rows[np.lexsort((self.step[rows], self.trajectory[rows]))]
+        before, after = rows[:-1], rows[1:]
+        follows = self.trajectory[before] == self.trajectory[after]
+        follows &= self.step[before] + 1 == self.step[after]
+        return before[follows], after[follows]
+
+    def _leads_on(
+        self, model: TransitionModel, before: np.ndarray, after: np.ndarray
+    ) -> np.ndarray:
+        """Whether each pair ``before`` may lead to the state of its pair ``after``; bool."""
+        pair = model.pair_index(self.state[before], self.action[before])
+        if not pair.size:
+            return np.zeros(0, dtype=bool)
+        return np.asarray(model.P[pair, self.state[after]]).ravel() > 0
 
     def save(self, path: Path) -> None:
         """Write as CSV, whole or not at all."""
@@ -167,7 +272,10 @@ class Demonstrations:
                     f"row {number}, field 'source' is {row[-1]!r}", place=str(path), valid=SOURCES
                 )
         source = np.array([SOURCES.index(row[-1]) for row in rows], dtype=np.uint8)
-        return cls(**columns, source=source)
+        try:
+            return cls(**columns, source=source)
+        except InputError as error:
+            raise error.at(str(path)) from None
 
 
 def generalise(

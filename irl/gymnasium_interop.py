@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from irl.errors import InputError
+from irl.integers import integers
 from irl.mdp import TransitionModel
 from irl.metrics import Share
 
@@ -139,6 +140,7 @@ def play(
     """
     if episodes < 1:
         raise InputError(f"episodes: must be ≥ 1, is {episodes}")
+    action = integers(action, "policy: actions", low=-1)
     runs = [_run(env, action, seed if k == 0 else None, max_steps) for k in range(episodes)]
     returns, lengths, last_state, terminated = zip(*runs, strict=True)
     return Episodes(

@@ -12,6 +12,7 @@ import numpy as np
 
 from irl.checkpoint import fingerprint
 from irl.errors import InputError
+from irl.integers import integers
 from irl.mdp import TransitionModel
 from irl.neighbourhood import Neighbourhood
 
@@ -52,8 +53,8 @@ class LikelihoodProblem:
             InputError: if there is no demonstration, lengths differ, an index is out of
                 range, a weight is not positive, or a pair is infeasible in ``model``.
         """
-        state = np.asarray(state, dtype=np.int64)
-        action = np.asarray(action, dtype=np.int64)
+        state = integers(state, "demonstrations: field 'state'", below=model.n_states)
+        action = integers(action, "demonstrations: field 'action'", below=model.n_actions)
         weight = np.ones(state.size) if weight is None else np.asarray(weight, dtype=np.float64)
         if not (state.ndim == 1 and state.shape == action.shape == weight.shape):
             raise InputError(
@@ -62,12 +63,6 @@ class LikelihoodProblem:
             )
         if state.size == 0:
             raise InputError("demonstrations: at least one (state, action) pair is needed")
-        for name, index, limit in (
-            ("state", state, model.n_states),
-            ("action", action, model.n_actions),
-        ):
-            if index.min() < 0 or index.max() >= limit:
-                raise InputError(f"demonstrations: field '{name}' must lie in 0…{limit - 1}")
         if not (np.isfinite(weight).all() and (weight > 0).all()):
             raise InputError("demonstrations: field 'weight' must be finite and above 0")
         row = model.pair_index(state, action)

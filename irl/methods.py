@@ -163,6 +163,7 @@ def learn(
     check_choice("method", name, METHODS)
     method, advice = METHODS[name], options.pop("advice", None)
     given = Inputs(_problem(problem, features, gamma), demonstrations, rng, advice)
+    demonstrations.check(given.model, "demonstrations")
     began = time.perf_counter()
     (q, reward), iterations = method.fit(given, **options)
     if q is None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from irl.errors import InputError
+from irl.integers import integers
 
 SHARE = 0.2  # of |f|, gained or lost (thesis §4.2)
 
@@ -14,7 +15,7 @@ class StatePreferences:
     """Disjoint sets of state indices, int64 arrays.
 
     Raises:
-        InputError: if a state is in both.
+        InputError: if they are not state indices, or a state is in both.
     """
 
     preferred: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -23,7 +24,8 @@ class StatePreferences:
     def __post_init__(self) -> None:
         """Sort and check the sets."""
         for name in ("preferred", "avoided"):
-            object.__setattr__(self, name, np.unique(np.asarray(getattr(self, name), np.int64)))
+            states = integers(getattr(self, name), f"state preferences: {name}")
+            object.__setattr__(self, name, np.unique(states))
         both = np.intersect1d(self.preferred, self.avoided)
         if both.size:
             raise InputError(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from irl.errors import InputError
+from irl.integers import integers
 from irl.mdp import TransitionModel
 from irl.preferences import StatePreferences
 from irl.task import TaskData
@@ -74,12 +75,12 @@ class LearningProblem:
             object.__setattr__(self, "start_states", self.model.acting)
         for name in ("start_states", "candidates"):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, _indices(name, getattr(self, name), n))
+                object.__setattr__(self, name, integers(getattr(self, name), name, below=n))
         for name, states in self.clusters.items():
-            _indices(f"clusters: {name!r}", states, n)
-        _indices("fixed_vr: states", list(self.fixed_vr), n)
+            integers(states, f"clusters: {name!r}", below=n)
+        integers(list(self.fixed_vr), "fixed_vr: states", below=n)
         for name in ("preferred", "avoided"):
-            _indices(f"preferences: {name}", getattr(self.preferences, name), n)
+            integers(getattr(self.preferences, name), f"preferences: {name}", below=n)
 
     def required_features(self, dtype: type = np.float64) -> np.ndarray:
         """The features ``[n_states, d]`` as numbers of a type, for what cannot do without.
@@ -102,17 +103,3 @@ def _table(features: np.ndarray, n_states: int) -> np.ndarray:
     if not np.isfinite(table).all():
         raise InputError("must be finite, hold NaN or infinity", place="features")
     return table
-
-
-def _indices(place: str, states: np.ndarray | list[int], n_states: int) -> np.ndarray:
-    indices = np.asarray(states)
-    if indices.size == 0:
-        return np.zeros(0, dtype=np.int64)
-    if indices.ndim != 1 or indices.dtype.kind not in "iu":
-        raise InputError(
-            f"state indices [n] wanted, got {indices.dtype} {list(indices.shape)}", place=place
-        )
-    outside = indices[(indices < 0) | (indices >= n_states)]
-    if outside.size:
-        raise InputError(f"must lie in 0…{n_states - 1}, hold {outside[0]}", place=place)
-    return indices.astype(np.int64)

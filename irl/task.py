@@ -13,6 +13,7 @@ import numpy as np
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.generalisation import Generalisation
+from irl.integers import integers
 from irl.mdp import TransitionModel
 
 EVIDENCE = ("measured", "kernel", "estimated")
@@ -42,8 +43,15 @@ class Transitions:
     def estimated(
         cls, state: np.ndarray, action: np.ndarray, next_state: np.ndarray, probability: np.ndarray
     ) -> "Transitions":
-        """Entries that no trial stands behind, of any integer and float types, each ``[n]``."""
-        state, action, next_state = (np.asarray(x, np.int32) for x in (state, action, next_state))
+        """Entries that no trial stands behind, of any integer and float types, each ``[n]``.
+
+        Raises:
+            InputError: if indices are not integers that int32 holds, or lengths differ.
+        """
+        state, action, next_state = (
+            integers(values, f"transitions.npz: field '{name}'", dtype=np.int32)
+            for name, values in (("state", state), ("action", action), ("next_state", next_state))
+        )
         n = state.size
         return cls(
             state,

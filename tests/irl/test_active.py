@@ -152,6 +152,21 @@ def test_generalisation_enters_the_demonstrations():
     assert (48, LEFT) in result.demonstrations.pairs
 
 
+def test_runs_that_cannot_be_are_refused_before_and_while_learning():
+    glued = Demonstrations.from_pairs([(0, RIGHT), (40, LEFT)])
+    with pytest.raises(InputError, match="demonstrations: trajectory 0, step 0: action"):
+        run(demonstrations=glued)
+
+    class Leaper(Guide):
+        def trajectory(self, state, rng, max_steps=50):
+            return [*super().trajectory(state, rng)[:1], (0, RIGHT)]
+
+    guide = Leaper([], [])
+    with pytest.raises(InputError, match=r"answer about state \d+: trajectory \d+, step 0"):
+        run(demonstrator=guide)
+    assert len(guide.asked) == 1
+
+
 def test_same_seed_same_bits():
     (one, _), (two, _) = run(), run()
     (other, _) = run(seed=1)[0], None
@@ -228,7 +243,8 @@ def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
             rng=rng,
         )
         asked += select_states(strategy, context).tolist()
-        labels = labels.merge(Demonstrations.from_pairs(guide.trajectory(asked[-1], rng)))
+        shown = guide.trajectory(asked[-1], rng)
+        labels = labels.merge(Demonstrations.from_pairs(shown, trajectory=len(asked)))
         cluster = select_cluster("masked_entropy", context, CLUSTERS, advised)
         if cluster is not None:
             advised.append(cluster)

@@ -52,9 +52,9 @@ def test_the_later_answer_wins():
     ("answer", "message"),
     [
         (([0], [1, 2], [2]), "action 2 is both"),
-        (([3], [0], []), "states must lie in 0…2"),
-        (([0], [3], []), "preferred actions must lie"),
-        (([0], [], [-1]), "avoided actions must lie"),
+        (([3], [0], []), "states: must lie in 0…2"),
+        (([0], [3], []), "preferred actions: must lie"),
+        (([0], [], [-1]), "avoided actions: must lie"),
         (([0], [0.5], []), "integers"),
     ],
 )

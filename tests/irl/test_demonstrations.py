@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,9 +34,9 @@ def test_from_pairs_counts_steps():
 
 
 def test_merging_keeps_the_first_label_and_demonstrated_ones_above_generalised():
-    first = Demonstrations.from_pairs([(0, 0), (0, 1)])
+    first = Demonstrations.from_labels([(0, 0), (0, 1)])
     derived = Demonstrations.from_pairs([(0, 2), (1, 0), (2, 0)], source="generalised")
-    later = Demonstrations.from_pairs([(1, 1)], source="human")
+    later = Demonstrations.from_pairs([(1, 1)], trajectory=2, source="human")
     merged = first.merge(derived).merge(later)
     assert sorted(merged.pairs) == [(0, 0), (1, 1), (2, 0)]
     assert merged.n_states_demonstrated == 3
@@ -44,7 +46,9 @@ def test_merging_keeps_the_first_label_and_demonstrated_ones_above_generalised()
 
 
 def test_merging_keeps_the_order_given():
-    merged = Demonstrations.from_pairs([(5, 0), (1, 0)]).merge(Demonstrations.from_pairs([(3, 0)]))
+    merged = Demonstrations.from_pairs([(5, 0), (1, 0)]).merge(
+        Demonstrations.from_pairs([(3, 0)], trajectory=1)
+    )
     assert merged.pairs == [(5, 0), (1, 0), (3, 0)]
 
 
@@ -116,3 +120,79 @@ def test_check_names_the_first_pair_that_cannot_be_done(chain, pair, words):
     with pytest.raises(InputError, match=words):
         Demonstrations.from_pairs([(0, 1), pair]).check(chain)
     Demonstrations.from_pairs([(0, 1)]).check(chain)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "message"),
+    [
+        ([(0, 1, 1), (1, 1, 2)], r"integers \[n, 2\] wanted, got int64 \[2, 3\]; if the first 2"),
+        (np.zeros((2, 7), int), r"got int64 \[2, 7\]; .* transposed, give its \.T"),
+        ([(0.0, 0.9)], r"got floats .*astype\(int\)"),
+        ([0, 1, 1, 0], r"got int64 \[4\]"),
+        ([(0, 1), (1,)], "integers wanted"),
+        ([(0, -1)], r"must lie in 0…\d+, is -1 in row 0"),
+    ],
+)
+def test_what_is_not_pairs_is_refused_rather_than_rearranged(pairs, message):
+    with pytest.raises(InputError, match=message):
+        Demonstrations.from_pairs(pairs)
+
+
+@pytest.mark.parametrize("pairs", [[(0, 1), (1, 1)], np.array([[0, 1], [1, 1]], np.int16)])
+def test_pairs_come_from_any_integers(pairs):
+    assert Demonstrations.from_pairs(pairs).pairs == [(0, 1), (1, 1)]
+    assert Demonstrations.from_pairs(iter(pairs)).pairs == [(0, 1), (1, 1)]
+
+
+def test_one_moment_of_a_run_is_demonstrated_once_by_every_door(tmp_path):
+    run = Demonstrations.from_pairs([(0, 1), (1, 1)])
+    words = "trajectory 0 has step 0 more than once"
+    with pytest.raises(InputError, match=words):
+        Demonstrations.concatenate([run, Demonstrations.from_pairs([(2, 1)])])
+    with pytest.raises(InputError, match=words):
+        run.merge(Demonstrations.from_pairs([(2, 1)]))
+    with pytest.raises(InputError, match=words):
+        run.select(np.array([0, 1, 0]))
+    path = tmp_path / "d.csv"
+    path.write_text("trajectory,step,state,action,source\n0,0,0,1,human\n0,0,1,1,human\n")
+    with pytest.raises(InputError, match=rf"d\.csv: {words}"):
+        Demonstrations.load(path)
+    # What follows from a moment bears its number, and is no second moment.
+    assert len(generalise(Demonstrations.from_pairs([(1, 1)]), GROUPS)) == 3
+
+
+def test_columns_are_of_one_length_and_of_integers():
+    one, two = np.zeros(1, int), np.zeros(2, int)
+    with pytest.raises(InputError, match="of one length wanted"):
+        Demonstrations(two, np.arange(2), two, one, two)
+    with pytest.raises(InputError, match=r"field 'state': .* floats"):
+        Demonstrations(one, one, np.array([0.5]), one, one)
+    with pytest.raises(InputError, match="field 'source': must lie in 0…2"):
+        Demonstrations(one, one, one, one, np.array([3]))
+
+
+def test_a_run_with_an_impossible_move_is_refused_with_its_place(chain):
+    # 0 → 1 → 2 by moves to the right; from 2 one comes to 3, never to 0.
+    glued = Demonstrations.from_pairs([(1, 1), (2, 1), (0, 1)], trajectory=5)
+    with pytest.raises(
+        InputError, match="trajectory 5, step 1: action 1 in state 2 never leads to state 0"
+    ):
+        glued.check(chain)
+    Demonstrations.from_pairs([(1, 1), (2, 1)]).check(chain)
+    Demonstrations.from_labels([(1, 1), (2, 1), (0, 1)]).check(chain)
+    gap = replace(glued, step=np.array([0, 1, 3]))
+    gap.check(chain)  # what lies between was not recorded
+
+
+def test_runs_are_parted_where_a_move_is_impossible_and_the_places_are_counted(chain):
+    shown = Demonstrations.from_trajectories(
+        [[(1, 1), (2, 1), (0, 1), (1, 1), (0, 1)], [(0, 1), (1, 0)]]
+    )
+    parted, places = shown.parted(chain)
+    assert places == 2
+    assert parted.pairs == shown.pairs
+    assert parted.trajectory.tolist() == [0, 0, 2, 2, 3, 1, 1]
+    parted.check(chain)
+    again, none = parted.parted(chain)
+    assert none == 0
+    assert again.trajectory.tolist() == parted.trajectory.tolist()

@@ -27,7 +27,7 @@ def test_gaps_part_walks():
 
 
 def test_unlabelled_states_end_a_run(chain):
-    policy = labelled_policy(chain, Demonstrations.from_pairs([(0, 1), (2, 0), (0, 0)]))
+    policy = labelled_policy(chain, Demonstrations.from_labels([(0, 1), (2, 0), (0, 0)]))
     assert policy.tolist() == [1, -1, 0, -1]
 
 

@@ -48,14 +48,15 @@ class World:
         """Four walks suffice, except for a posterior mean over 225 rewards."""
         if name != "birl" or self.grid.n == 5:
             return self.walks
-        rng, after, pairs = np.random.default_rng(0), self.model.P.indices, []
+        rng, after, runs = np.random.default_rng(0), self.model.P.indices, []
         for cell in range(self.grid.n_states):
-            state = cell
+            state, pairs = cell, []
             while state != self.grid.goal_state:
                 best = np.flatnonzero(self.Q[state] > self.Q[state].max() - 1e-9)
                 pairs.append((state, int(rng.choice(best))))
                 state = int(after[self.model.pair_index(*pairs[-1])])
-        return Demonstrations.from_pairs(pairs)
+            runs.append(pairs)
+        return Demonstrations.from_trajectories(runs)
 
     def options(self, name: str) -> dict:
         """What a method needs besides: (3.9) lives on advice, (3.12) on its basis functions."""
@@ -211,3 +212,23 @@ def test_half_a_problem_is_refused(worlds):
         learn("planning", problem, world.walks, gamma=0.5, rng=rng)
     with pytest.raises(InputError, match="one of both"):
         learn("planning", problem, world.walks, world.grid.features, rng=rng)
+
+
+def glued_walks(world, rng, parts=3):
+    """Walks cut in pieces and joined in another order, as a file without run numbers gives them."""
+    pieces = [world.walks.select(world.walks.trajectory == k).pairs for k in range(4)]
+    rng.shuffle(pieces)
+    return Demonstrations.from_pairs([pair for piece in pieces for pair in piece])
+
+
+@pytest.mark.parametrize("name", ["max_ent", "fa_mlirl", "behaviour_cloning"])
+def test_runs_glued_together_are_refused_and_parted_on_request(worlds, name):
+    world, rng = worlds[5], np.random.default_rng(0)
+    glued = glued_walks(world, rng)
+    problem = LearningProblem(world.model, world.grid.features, gamma=GAMMA)
+    with pytest.raises(InputError, match=r"demonstrations: trajectory 0, step \d+: action"):
+        learn(name, problem, glued, rng=rng)
+    parted, places = glued.parted(world.model)
+    assert places == 3
+    learnt = learn(name, problem, parted, rng=np.random.default_rng(0))
+    assert world.value_share(learnt.q) >= 0.99

@@ -52,12 +52,12 @@ def test_features_come_as_the_numbers_asked_for(chain, dtype):
         ({"features": np.zeros((3, 2))}, r"features: .* got float64 \[3, 2\]"),
         ({"features": np.full((4, 1), np.nan)}, "features: must be finite"),
         ({"features": np.array([["a"]] * 4)}, "features: numbers"),
-        ({"start_states": np.array([4])}, "start_states: must lie in 0…3, hold 4"),
-        ({"start_states": np.array([0.0])}, "start_states: state indices"),
-        ({"candidates": np.array([-1])}, "candidates: must lie in 0…3, hold -1"),
-        ({"clusters": {"far": np.array([9])}}, "clusters: 'far': must lie in 0…3, hold 9"),
-        ({"fixed_vr": {7: 0.0}}, "fixed_vr: states: must lie in 0…3, hold 7"),
-        ({"preferences": StatePreferences([5])}, "preferences: preferred: must lie in 0…3, hold 5"),
+        ({"start_states": np.array([4])}, "start_states: must lie in 0…3, is 4"),
+        ({"start_states": np.array([0.0])}, r"start_states: integers \[n\] wanted, got floats"),
+        ({"candidates": np.array([-1])}, "candidates: must lie in 0…3, is -1"),
+        ({"clusters": {"far": np.array([9])}}, "clusters: 'far': must lie in 0…3, is 9"),
+        ({"fixed_vr": {7: 0.0}}, "fixed_vr: states: must lie in 0…3, is 7"),
+        ({"preferences": StatePreferences([5])}, "preferences: preferred: must lie in 0…3, is 5"),
     ],
 )
 def test_a_field_that_does_not_fit_the_model_is_named(chain, fields, message):

@@ -38,13 +38,14 @@ def objective_by_autograd(model, walks, features, layers, r_max):
 def test_gradient_agrees_with_automatic_differentiation(stochastic, seed):
     rng = np.random.default_rng(seed)
     features = rng.normal(size=(12, 3)).astype(np.float32).astype(np.float64)
-    walks = [
-        Demonstrations.from_pairs(
-            [(s, int(stochastic.actions_of(s)[0])) for s in rng.integers(11, size=n)], trajectory=n
-        )
-        for n in (1, 3, 4)
-    ]
-    walks = Demonstrations.concatenate(walks)
+    walks = []
+    for n in (1, 3, 4):
+        state, run = int(rng.integers(11)), []
+        while len(run) < n and stochastic.actions_of(state).size:
+            run.append((state, int(stochastic.actions_of(state)[0])))
+            state = stochastic.sample(*run[-1], rng)
+        walks.append(run)
+    walks = Demonstrations.from_trajectories(walks)
     problem = RewardNetwork.build(stochastic, walks, features, (6, 5), 2.0, rng)
     value, gradient = problem.value_and_gradient()
 

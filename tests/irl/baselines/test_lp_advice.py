@@ -1,4 +1,3 @@
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -24,7 +23,7 @@ def random_case(random_model, seed):
     for s in [s for s in range(9) if len(model.actions_of(s)) >= 3][:2]:
         order = rng.permutation(np.setdiff1d(model.actions_of(s), action[s]))
         advice = advice.add([s], order[:1], order[1:])
-    return model, Demonstrations.from_pairs(list(enumerate(action.tolist()))), advice
+    return model, Demonstrations.from_labels(enumerate(action.tolist())), advice
 
 
 def dense_optimum(model, action, advice, trusts, delta, r_max):
@@ -161,7 +160,7 @@ def test_advice_makes_up_for_bad_demonstrations(
     action = border_walks.action.copy()
     for k in np.flatnonzero(rng.random(action.size) < 0.3):
         action[k] = rng.choice(grid.model.actions_of(border_walks.state[k]))
-    noisy = replace(border_walks, action=action)
+    noisy = Demonstrations.from_labels(zip(border_walks.state, action, strict=True))
     least = []
     for advice in (Advice.none(grid.n_states, 4), worse_actions):
         R = lp_advice(grid.model, noisy, advice, gamma=GAMMA)

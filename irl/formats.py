@@ -1,4 +1,4 @@
-"""The package's plain file formats: JSON, CSV and npz.
+"""The package's plain text formats: JSON and CSV; ``irl.npz`` has that of arrays.
 
 Equal content gives equal bytes, so a hash names a file's content; a file that cannot be read
 gives one line that names it. Writers are not atomic: wrap them in ``irl.files.atomic_path``.
@@ -7,21 +7,29 @@ gives one line that names it. Writers are not atomic: wrap them in ``irl.files.a
 import csv
 import io
 import json
-import zipfile
-import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from irl.errors import InputError, first_line
 
-# The earliest date a zip can hold: a real one would change the bytes at every writing.
-_NO_DATE = (1980, 1, 1, 0, 0, 0)
+
+def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object of pairs, for ``json.loads``.
+
+    Raises:
+        ValueError: if a name occurs twice: which of its values counts is anyone's guess.
+    """
+    names = [name for name, _ in pairs]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise ValueError(f"the name {name!r:.40} occurs twice in one object")
+    return dict(pairs)
 
 
 def _text(path: Path) -> str:
+    if path.exists() and not path.is_file():  # a pipe would be waited for
+        raise InputError(f"{path}: not a file")
     try:
         return path.read_bytes().decode("utf-8")
     except FileNotFoundError:
@@ -50,7 +58,8 @@ def read_json(path: Path) -> Any:
     """Read strict JSON.
 
     Raises:
-        InputError: if the file is missing or not JSON (NaN and infinity are not JSON).
+        InputError: if the file is missing or not JSON (NaN and infinity are not JSON), or an
+            object has a name twice.
     """
 
     def refuse(constant: str) -> None:
@@ -58,7 +67,7 @@ def read_json(path: Path) -> Any:
 
     text = _text(Path(path))
     try:
-        return json.loads(text, parse_constant=refuse)
+        return json.loads(text, parse_constant=refuse, object_pairs_hook=distinct)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON ({first_line(error)})") from error
 
@@ -92,52 +101,3 @@ def read_csv(path: Path) -> tuple[list[str], list[list[str]]]:
                 f"{path}: row {number} has {len(row)} columns, the header has {len(header)}"
             )
     return header, body
-
-
-def write_npz(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Write named arrays as a compressed npz, in the order of their names.
-
-    Raises:
-        ValueError: if an array holds Python objects.
-    """
-    with zipfile.ZipFile(path, "w") as archive:
-        for name in sorted(arrays):
-            # order="C" and little-endian, so that equal values are equal bytes.
-            array = np.asarray(arrays[name], order="C")
-            array = array.astype(array.dtype.newbyteorder("<"), copy=False)
-            data = io.BytesIO()
-            np.lib.format.write_array(data, array, allow_pickle=False)
-            entry = zipfile.ZipInfo(f"{name}.npy", date_time=_NO_DATE)
-            entry.create_system = 3
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, data.getvalue(), zipfile.ZIP_DEFLATED, compresslevel=9)
-
-
-def read_npz(path: Path) -> dict[str, np.ndarray]:
-    """Read named arrays; nothing is unpickled.
-
-    Raises:
-        InputError: if the file is missing, damaged, or holds anything but plain arrays.
-    """
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    arrays = {}
-    name = ""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for name in archive.namelist():
-                data = io.BytesIO(archive.read(name))
-                array = np.lib.format.read_array(data, allow_pickle=False)
-                arrays[name.removesuffix(".npy")] = array
-    except (
-        OSError,
-        ValueError,
-        EOFError,
-        RuntimeError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        place = f"{path}: field {name.removesuffix('.npy')!r}" if name else f"{path}:"
-        raise InputError(f"{place} cannot be read ({first_line(error)})") from error
-    return arrays

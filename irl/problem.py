@@ -100,6 +100,8 @@ def _table(features: np.ndarray, n_states: int) -> np.ndarray:
             f"numbers [{n_states}, d] wanted, got {table.dtype} {list(table.shape)}",
             place="features",
         )
+    if table.shape[1] == 0:
+        raise InputError("must have at least one column", place="features")
     if not np.isfinite(table).all():
         raise InputError("must be finite, hold NaN or infinity", place="features")
     return table

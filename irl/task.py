@@ -142,6 +142,12 @@ class TaskData:
                 raise InputError(f"{place} must not be empty")
             if np.unique(indices).size != indices.size:
                 raise InputError(f"{place} names a state twice")
+        both = np.intersect1d(self.preferred, self.avoided)
+        if both.size:
+            raise InputError(
+                f"state_preferences.json: state {both[0]} is both preferred and avoided; name it "
+                "in one field only"
+            )
         for state, value in self.fixed_vr.items():
             if not 0 <= state < self.n_states or not np.isfinite(value):
                 raise InputError(
@@ -151,6 +157,8 @@ class TaskData:
         for name, feature in self.features.items():
             place = f"features.npz: field {name!r}"
             width = np.shape(feature)[1] if np.ndim(feature) == 2 else -1
+            if width == 0:
+                raise InputError("must have at least one column", place=place)
             _check_array(place, feature, (np.float32, np.float64), (self.n_states, width))
             if not np.isfinite(feature).all():
                 raise InputError(f"{place} must be finite, holds NaN or infinity")

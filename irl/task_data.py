@@ -14,8 +14,9 @@ import numpy as np
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.files import sha256
-from irl.formats import read_csv, read_json, read_npz, write_csv, write_json, write_npz
+from irl.formats import read_csv, read_json, write_csv, write_json
 from irl.generalisation import Generalisation
+from irl.npz import read_npz, write_npz
 from irl.task import EVIDENCE, TaskData, Transitions
 
 __all__ = [
@@ -208,7 +209,8 @@ def _read_head(path: Path) -> dict[str, Any]:
     fixed = {}
     for state, value in head["fixed_vr"].items():
         number = type(value) in (int, float) and abs(value) < 1e300
-        if not (number and state.isascii() and state.isdigit() and len(state) < 19):
+        index = state.isascii() and state.isdigit() and len(state) < 19
+        if not (number and index and state == str(int(state))):  # "01" would be "1" once more
             raise InputError(
                 f"{path}: field 'fixed_vr' must give numbers to state indices, "
                 f"gives {value!r:.40} to {state!r:.40}"

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from irl.errors import InputError
+from irl.formats import distinct
 
 _METADATA = "__metadata__"
 _LARGEST_HEADER = 100_000_000
@@ -71,7 +72,7 @@ def from_bytes(data: bytes) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     if len(data) < 8 or size > min(len(data) - 8, _LARGEST_HEADER):
         raise InputError("tensors: the file is shorter than its header says")
     try:
-        header = json.loads(data[8 : 8 + size].decode("utf-8"), object_pairs_hook=_distinct)
+        header = json.loads(data[8 : 8 + size].decode("utf-8"), object_pairs_hook=distinct)
     except (ValueError, RecursionError) as error:
         raise InputError(f"tensors: the header is not valid JSON ({error})") from error
     if not isinstance(header, dict):
@@ -96,12 +97,6 @@ def from_bytes(data: bytes) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     except (ValueError, OverflowError) as error:  # a shape such as [0, 10**30]
         raise InputError(f"tensors: a shape that no array can have ({error})") from error
     return arrays, metadata
-
-
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    if len({name for name, _ in pairs}) != len(pairs):
-        raise ValueError("a name occurs twice")
-    return dict(pairs)
 
 
 def _place(name: str, entry: Any) -> tuple[np.dtype, list[int], int, int]:

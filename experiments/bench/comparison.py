@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from irl.errors import InputError
-from irl.formats import read_npz
+from irl.npz import read_npz
 
 PEERS = Path(__file__).parent / "peers"
 ROOT = Path(__file__).parents[2]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from irl.files import sha256
-from irl.formats import read_npz, write_npz
+from irl.npz import read_npz, write_npz
 from models.errors import ModelError
 from models.maps.reachability_csv import read_map
 from models.motion.feasibility import Feasibility

@@ -14,8 +14,9 @@ from tqdm import tqdm
 from experiments.kit.executors import run_jobs, start_workers
 from irl.errors import InputError
 from irl.files import atomic_path
-from irl.formats import read_json, read_npz, write_json, write_npz
+from irl.formats import read_json, write_json
 from irl.identity import require_same_work
+from irl.npz import read_npz, write_npz
 from models.errors import ModelError
 from models.maps.workspace import FAILURES, Decisions, Grid, WorkspaceSolver
 from models.maps.workspace_map import WorkspaceMap

@@ -17,7 +17,7 @@ from experiments.grasping.learning import CHECKPOINT, CURVE
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.active_state import EVERY, TRAINING
 from irl.files import sha256
-from irl.formats import read_npz, write_npz
+from irl.npz import read_npz, write_npz
 from irl.policy import Policy, load_policy, save_policy
 from irl.task_data import FILES, load_task
 from irl.tensor_file import from_bytes

@@ -7,7 +7,8 @@ import pytest
 
 from irl.errors import InputError
 from irl.files import sha256
-from irl.formats import read_json, read_npz, write_npz
+from irl.formats import read_json
+from irl.npz import read_npz, write_npz
 from irl.task_data import FILES, TaskData, load_task, save_task
 
 
@@ -277,7 +278,7 @@ def test_pickles_are_refused_when_hashes_match(folder):
     np.savez(folder / "features.npz", thesis=np.array([{}], dtype=object))
     files = json.loads((folder / "task.json").read_text())["files"]
     edit_head(folder, files=files | {"features.npz": sha256(folder / "features.npz")})
-    assert "features.npz: field 'thesis' cannot be read" in refusal(folder)
+    assert "features.npz: field 'thesis': cannot be read" in refusal(folder)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 from experiments.reachability import story, workspace_run
 from experiments.reachability.workspace_run import Plan, compute, read_map, write_map
 from irl.errors import InputError
-from irl.formats import read_npz, write_npz
+from irl.npz import read_npz, write_npz
 from models.errors import ModelError
 from models.maps.workspace import Grid
 

@@ -105,6 +105,57 @@ class TransitionModel:
             P=P,
         )
 
+    @classmethod
+    def from_dense(
+        cls, P: np.ndarray, mask: np.ndarray | None = None, tolerance: float = 1e-6
+    ) -> "TransitionModel":
+        """Build from a table P[s, a, s'], as textbooks and other libraries have it.
+
+        Entries of 0 are dropped. A row without any is a pair that cannot be done. Rows of float32,
+        or of probabilities as files print them, sum to 1 only nearly: they are divided by their
+        sum.
+
+        Args:
+            P: ``[n_states, n_actions, n_states]``, any numbers; from 0 to 1.
+            mask: bool ``[n_states, n_actions]``, the pairs that can be done, all others being left
+                out whatever their rows say; by default those with a row that is not all 0.
+            tolerance: how far a row's sum may be from 1.
+
+        Raises:
+            InputError: if a shape is another, an entry is not a probability, a row's sum is off
+                by more than ``tolerance``, or a pair of ``mask`` has no successor; names the pair.
+        """
+        table = np.asarray(P)
+        square = table.ndim == 3 and table.shape[0] == table.shape[2]
+        if not square or table.dtype.kind not in "fiu":
+            raise InputError(
+                f"numbers P[s, a, s'] of shape [n_states, n_actions, n_states] wanted, got "
+                f"{table.dtype} {list(table.shape)}",
+                place="transitions",
+            )
+        table = table.astype(np.float64)
+        n_states, n_actions, _ = table.shape
+        for s, a, t in np.argwhere(~((table >= 0) & (table <= 1 + tolerance)))[:1]:
+            raise InputError(
+                f"P[{s}, {a}, {t}] is {table[s, a, t]}, not a probability", place="transitions"
+            )
+        total = table.sum(axis=2)
+        feasible = total > 0 if mask is None else np.asarray(mask)
+        if feasible.shape != total.shape or feasible.dtype != np.bool_:
+            raise InputError(
+                f"bool [{n_states}, {n_actions}] wanted, got {feasible.dtype} "
+                f"{list(feasible.shape)}",
+                place="mask",
+            )
+        for s, a in np.argwhere(feasible & ~(np.abs(total - 1) <= tolerance))[:1]:
+            raise InputError(
+                f"P[{s}, {a}] sums to {total[s, a]:.9g}, not to 1 within {tolerance:g}",
+                place="transitions",
+            )
+        state, action, next_state = np.nonzero(table * feasible[:, :, None])
+        probability = table[state, action, next_state] / total[state, action]
+        return cls.from_entries(n_states, n_actions, state, action, next_state, probability)
+
     @property
     def n_pairs(self) -> int:
         """Number of feasible pairs."""

@@ -33,6 +33,40 @@ def backup(
     return model.P @ (state_reward + gamma * V) + pair_reward
 
 
+def pair_rewards(model: TransitionModel, reward: np.ndarray) -> np.ndarray:
+    """What acting is expected to earn, float64 ``[n_pairs]``: `value_iteration`'s ``pair_reward``.
+
+    Args:
+        model: the transition model.
+        reward: ``[n_states]``, earned in the state acted in; ``[n_states, n_actions]``, by acting;
+            or ``[n_states, n_actions, n_states]``, by coming from one state to another.
+
+    Raises:
+        InputError: if the shape is another, or a reward of a feasible pair is not finite.
+    """
+    table = np.asarray(reward, dtype=np.float64)
+    n, m = model.n_states, model.n_actions
+    state, action = model.pair_state, model.pair_action
+    if table.shape == (n,):
+        earned = table[state]
+    elif table.shape == (n, m):
+        earned = table[state, action]
+    elif table.shape == (n, m, n):
+        P = model.P.tocoo()
+        each = P.data * table[state[P.row], action[P.row], P.col]
+        earned = np.bincount(P.row, each, minlength=model.n_pairs)
+    else:
+        raise InputError(
+            f"[{n}], [{n}, {m}] or [{n}, {m}, {n}] wanted, got {list(table.shape)}", place="reward"
+        )
+    for pair in np.flatnonzero(~np.isfinite(earned))[:1]:
+        raise InputError(
+            f"must be finite, is {earned[pair]} in state {state[pair]} for action {action[pair]}",
+            place="reward",
+        )
+    return earned
+
+
 def best(model: TransitionModel, per_pair: np.ndarray, fill: float) -> np.ndarray:
     """Largest of each state's values ``[n_pairs]``; ``[n_states]``, ``fill`` without actions."""
     result = np.full(model.n_states, fill, dtype=np.float64)

@@ -114,3 +114,60 @@ def test_a_model_without_pairs_is_possible():
     model = TransitionModel.from_entries(3, 2, none, none, none, np.zeros(0))
     assert model.n_pairs == 0
     assert model.pair_index(np.array([0, 1]), np.array([0, 1])).tolist() == [-1, -1]
+
+
+def dense(model):
+    """P[s, a, s'] of a sparse model, 0 where a pair is infeasible."""
+    table = np.zeros((model.n_states, model.n_actions, model.n_states))
+    table[model.pair_state, model.pair_action] = model.P.toarray()
+    return table
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_dense_table_is_the_model_it_was_made_of(random_model, dtype):
+    model = random_model(np.random.default_rng(3))
+    again = TransitionModel.from_dense(dense(model).astype(dtype))
+    np.testing.assert_array_equal(again.pair_state, model.pair_state)
+    np.testing.assert_array_equal(again.pair_action, model.pair_action)
+    np.testing.assert_array_equal(again.P.indices, model.P.indices)
+    np.testing.assert_allclose(again.P.data, model.P.data, rtol=1e-6)
+    np.testing.assert_allclose(again.P.sum(axis=1), 1.0, atol=1e-15)
+
+
+def test_a_deterministic_table_may_be_of_integers():
+    table = np.zeros((3, 2, 3), dtype=int)
+    table[[0, 1], 0, [1, 2]] = 1  # state 2 has no action, and action 1 cannot be done
+    model = TransitionModel.from_dense(table)
+    assert model.mask.tolist() == [[True, False], [True, False], [False, False]]
+
+
+def test_a_mask_leaves_pairs_out_whatever_their_rows_say(chain):
+    table = dense(chain)
+    mask = chain.mask.copy()
+    mask[0, 1] = False
+    table[0, 1] = 7e-7  # as some libraries fill what cannot be done
+    assert TransitionModel.from_dense(table, mask).mask.tolist() == mask.tolist()
+
+
+@pytest.mark.parametrize(
+    ("change", "mask", "message"),
+    [
+        ((0, 1, 1, 0.8), None, r"P\[0, 1\] sums to 0\.9, not to 1 within 1e-06"),
+        ((0, 1, 1, -0.1), None, r"P\[0, 1, 1\] is -0\.1, not a probability"),
+        ((0, 1, 1, np.nan), None, r"P\[0, 1, 1\] is nan"),
+        ((0, 1, 1, 0.9), np.ones((4, 2), bool), r"P\[3, 0\] sums to 0"),
+        ((0, 1, 1, 0.9), np.ones((4, 2)), r"mask: bool \[4, 2\] wanted, got float64"),
+    ],
+)
+def test_a_row_that_is_no_distribution_is_named(chain, change, mask, message):
+    table = dense(chain)
+    *place, value = change
+    table[tuple(place)] = value
+    with pytest.raises(InputError, match=message):
+        TransitionModel.from_dense(table, mask)
+
+
+@pytest.mark.parametrize("shape", [(4, 4), (4, 2, 3), (2, 4, 4)])
+def test_a_table_of_another_order_is_refused(shape):
+    with pytest.raises(InputError, match=r"P\[s, a, s'\] of shape"):
+        TransitionModel.from_dense(np.zeros(shape))

@@ -6,6 +6,7 @@ from irl.mdp import TransitionModel
 from irl.planning import (
     backup,
     best,
+    pair_rewards,
     policy_success,
     transition_matrix,
     uniform_policy,
@@ -129,3 +130,30 @@ def test_planning_without_pairs_is_zero():
     V, Q = value_iteration(model, np.ones(2), 0.5)
     assert V.tolist() == [0, 0]
     assert np.isneginf(Q).all()
+
+
+def test_rewards_of_every_shape_come_to_what_acting_earns(random_model):
+    rng = np.random.default_rng(8)
+    model = random_model(rng)
+    by_move = rng.normal(size=(30, 4, 30))
+    table = np.zeros((30, 4, 30))
+    table[model.pair_state, model.pair_action] = model.P.toarray()
+    expected = np.einsum("sat,sat->sa", table, by_move)[model.pair_state, model.pair_action]
+    np.testing.assert_allclose(pair_rewards(model, by_move), expected, atol=1e-12)
+    by_pair = rng.normal(size=(30, 4))
+    same = np.repeat(by_pair[:, :, None], 30, axis=2)
+    np.testing.assert_allclose(pair_rewards(model, by_pair), pair_rewards(model, same), atol=1e-12)
+    by_state = rng.normal(size=30)
+    same = np.repeat(by_state[:, None], 4, axis=1)
+    np.testing.assert_array_equal(pair_rewards(model, by_state), pair_rewards(model, same))
+
+
+def test_a_reward_that_does_not_fit_is_refused(chain):
+    with pytest.raises(InputError, match=r"reward: \[4\], \[4, 2\] or \[4, 2, 4\] wanted"):
+        pair_rewards(chain, np.zeros((2, 4)))
+    reward = np.zeros((4, 2))
+    reward[3] = np.inf  # nothing can be done there
+    assert (pair_rewards(chain, reward) == 0).all()
+    reward[1, 0] = np.nan
+    with pytest.raises(InputError, match="is nan in state 1 for action 0"):
+        pair_rewards(chain, reward)

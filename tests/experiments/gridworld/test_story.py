@@ -93,7 +93,7 @@ def test_a_case_shows_what_it_says(share, corners):
     worse = world.distance[after] > world.distance[shown.state]
     # In the four corners every move is right, so that these cannot be made worse.
     assert worse.sum() == round(share * (len(shown) - 4))
-    assert np.unique(shown.trajectory).size == len(corners)
+    assert np.unique(shown.trajectory[~worse]).size == len(corners)
     x, _ = world.cells[shown.state].T
     assert corners != (1, 2) or x.min() >= 4  # the left half is unseen
 

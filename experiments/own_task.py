@@ -4,6 +4,8 @@ The task is a machine that makes a batch of parts and wears. Copy ``workshop``, 
 machine's, and the rest works as it stands: nothing below it knows what the task is about.
 
 .. include:: own_task.md
+
+.. include:: own_data.md
 """
 
 from dataclasses import dataclass, field

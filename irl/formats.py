@@ -27,7 +27,12 @@ def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return dict(pairs)
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """The text of a UTF-8 file.
+
+    Raises:
+        InputError: if it is missing, not a file, or not UTF-8.
+    """
     if path.exists() and not path.is_file():  # a pipe would be waited for
         raise InputError(f"{path}: not a file")
     try:
@@ -65,7 +70,7 @@ def read_json(path: Path) -> Any:
     def refuse(constant: str) -> None:
         raise ValueError(f"{constant} is not a JSON number")
 
-    text = _text(Path(path))
+    text = read_text(Path(path))
     try:
         return json.loads(text, parse_constant=refuse, object_pairs_hook=distinct)
     except (ValueError, RecursionError) as error:
@@ -89,7 +94,7 @@ def read_csv(path: Path) -> tuple[list[str], list[list[str]]]:
             row's length differs from the header's.
     """
     try:
-        rows = list(csv.reader(io.StringIO(_text(Path(path)), newline=""), strict=True))
+        rows = list(csv.reader(io.StringIO(read_text(Path(path)), newline=""), strict=True))
     except csv.Error as error:
         raise InputError(f"{path}: not valid CSV ({first_line(error)})") from error
     if not rows or not rows[0] or len(set(rows[0])) != len(rows[0]):

@@ -17,7 +17,8 @@ PAGES = sorted(
     for folder in (ROOT, *(ROOT / name for name in ("irl", "models", "diagrams", "experiments")))
     for path in (folder.glob("*.md") if folder == ROOT else folder.rglob("*.md"))
 )
-RUN_HERE = {"README.md", "experiments/own_task.md"}  # by tests/irl/test_examples.py
+# By tests/irl/test_examples.py.
+RUN_HERE = {"README.md", "experiments/own_data.md", "experiments/own_task.md"}
 
 
 def commands() -> set[str]:

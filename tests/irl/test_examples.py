@@ -65,6 +65,11 @@ def test_a_task_of_ones_own(tmp_path):
     assert (tmp_path / "workshop/task.json").is_file()
 
 
+def test_demonstrations_of_ones_own(tmp_path):
+    printed = run(blocks("experiments/own_data.md"), tmp_path)
+    assert printed.splitlines()[0] == "[1 1 1 2 0 0]"
+
+
 def test_gymnasium_in_the_readme(tmp_path):
     pytest.importorskip("gymnasium")
     printed = run(blocks("README.md", "Use the learning library alone"), tmp_path)

@@ -7,12 +7,14 @@
 Environments are only ever handed in, so this module needs no gymnasium to be imported.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from irl.errors import InputError
+from irl.evaluation import TOLERANCE
 from irl.integers import integers
 from irl.mdp import TransitionModel
 from irl.metrics import Share
@@ -48,12 +50,15 @@ class Episodes:
         lengths: number of actions, int64 ``[n]``.
         last_state: int64 ``[n]``.
         terminated: whether the run ended by itself, not for want of time; bool ``[n]``.
+        truncated: whether it was cut off by the environment's own limit; bool ``[n]``. A run that
+            is neither was given up after ``max_steps``.
     """
 
     returns: np.ndarray
     lengths: np.ndarray
     last_state: np.ndarray
     terminated: np.ndarray
+    truncated: np.ndarray
 
     def success(self, goal_states: np.ndarray) -> Share:
         """How many runs ended at a goal; its ``interval`` is Wilson's, of 95 %."""
@@ -119,7 +124,7 @@ def _passed(
 
 def play(
     env: "gymnasium.Env",
-    action: np.ndarray,
+    policy: np.ndarray,
     *,
     seed: int,
     episodes: int = 100,
@@ -129,37 +134,69 @@ def play(
 
     Args:
         env: the environment; it is left open.
-        action: integer ``[n_states]``, such as ``irl.policy.Policy.action``; −1 for none.
-        seed: of the environment's chance, given at the first reset. The same seed meets the same
-            chance whatever was played before.
+        policy: actions, integer ``[n_states]``, such as ``irl.policy.Policy.action``, −1 for none;
+            or probabilities ``[n_states, n_actions]``, a row of 0 for none.
+        seed: of the environment's chance, given at the first reset, and of the policy's own. The
+            same seed meets the same chance whatever was played before.
         episodes: how many, at least 1.
         max_steps: where a run is given up; the environment's own time limits count too.
 
     Raises:
-        InputError: if ``episodes`` is below 1, or the policy has no action in a state it meets.
+        InputError: if ``episodes`` is below 1, the policy is neither actions nor probabilities, or
+            it has no action in a state it meets.
     """
     if episodes < 1:
         raise InputError(f"episodes: must be ≥ 1, is {episodes}")
-    action = integers(action, "policy: actions", low=-1)
-    runs = [_run(env, action, seed if k == 0 else None, max_steps) for k in range(episodes)]
-    returns, lengths, last_state, terminated = zip(*runs, strict=True)
+    choose = _chooser(policy, seed)
+    runs = [_run(env, choose, seed if k == 0 else None, max_steps) for k in range(episodes)]
+    returns, lengths, last_state, terminated, truncated = zip(*runs, strict=True)
     return Episodes(
         np.array(returns, np.float64),
         np.array(lengths, np.int64),
         np.array(last_state, np.int64),
         np.array(terminated, bool),
+        np.array(truncated, bool),
     )
 
 
+def _chooser(policy: np.ndarray, seed: int) -> Callable[[int], int]:
+    """What to do in a state, −1 for nothing."""
+    if np.ndim(policy) != 2:
+        action = integers(policy, "policy: actions", low=-1)
+        return lambda state: int(action[state])
+    table = np.asarray(policy, dtype=np.float64)
+    total = table.sum(axis=1)
+    wrong = (table < 0).any(axis=1) | ~((np.abs(total - 1) <= TOLERANCE) | (total == 0))
+    for state in np.flatnonzero(wrong)[:1]:
+        raise InputError(
+            f"probabilities that sum to 1 wanted, or all 0 for no action, got {table[state]} in "
+            f"state {state}",
+            place="policy",
+        )
+    # Environments seed their generator alike: with the same key, choices would follow their chance.
+    rng = np.random.default_rng([seed, 1])
+    bounds = np.cumsum(table, axis=1)
+
+    def choose(state: int) -> int:
+        if total[state] == 0:
+            return -1
+        drawn = rng.random() * bounds[state, -1]
+        return int(np.searchsorted(bounds[state], drawn, side="right"))
+
+    return choose
+
+
 def _run(
-    env: "gymnasium.Env", action: np.ndarray, seed: int | None, max_steps: int
-) -> tuple[float, int, int, bool]:
-    """Return, length, last state, and whether the run ended by itself."""
+    env: "gymnasium.Env", choose: Callable[[int], int], seed: int | None, max_steps: int
+) -> tuple[float, int, int, bool, bool]:
+    """Return, length, last state, whether the run ended by itself, whether it was cut off."""
     state, _ = env.reset(seed=seed)
     total, steps, terminated, truncated = 0.0, 0, False, False
     while not (terminated or truncated) and steps < max_steps:
-        if action[state] < 0:
+        action = choose(int(state))
+        if action < 0:
             raise InputError(f"policy: no action in state {state}, where the run goes on")
-        state, reward, terminated, truncated, _ = env.step(int(action[state]))
+        state, reward, terminated, truncated, _ = env.step(action)
         total, steps = total + float(reward), steps + 1
-    return total, steps, int(state), bool(terminated)
+    # A run that ends by itself in its last allowed step was not cut off.
+    return total, steps, int(state), bool(terminated), bool(truncated and not terminated)

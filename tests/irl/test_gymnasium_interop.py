@@ -146,3 +146,100 @@ def test_what_is_no_transition_model_is_refused():
         from_gymnasium(small({0: {0: [(0.5, 1, 0, True)]}, 1: {0: [(1.0, 1, 0, True)]}}))
     with pytest.raises(InputError, match="no table P"):
         from_gymnasium(SimpleNamespace(unwrapped=SimpleNamespace()))
+
+
+class Coin:
+    """Two states, heads 0 and tails 1, by the environment's own chance; the action is recorded."""
+
+    def __init__(self, ends=lambda step: (False, step == 100)):
+        self.ends, self.seen = ends, []
+
+    def reset(self, seed=None):
+        if seed is not None:
+            self.rng = np.random.default_rng(seed)
+        self.step_number = 0
+        return 0, {}
+
+    def step(self, action):
+        self.step_number += 1
+        heads = self.rng.random() < 0.5
+        self.seen.append((action, int(heads)))
+        return 0, 1.0, *self.ends(self.step_number), {}
+
+
+def test_a_policy_by_chance_is_played_by_its_own_chance():
+    for seed in range(3):
+        env = Coin()
+        play(env, np.array([[0.25, 0.0, 0.75]]), seed=seed, episodes=100)
+        action, heads = np.array(env.seen).T
+        assert set(action) == {0, 2}
+        # 10,000 draws: a standard deviation is 0.0043 of a share, and 0.01 of a correlation.
+        assert (action == 0).mean() == pytest.approx(0.25, abs=0.018)
+        assert abs(np.corrcoef(action, heads)[0, 1]) < 0.04
+        again = Coin()
+        play(again, np.array([[0.25, 0.0, 0.75]]), seed=seed, episodes=100)
+        assert again.seen == env.seen
+
+
+def test_a_policy_by_chance_that_is_certain_is_the_policy():
+    env = make("FrozenLake-v1")
+    _, Q = optimal_q(from_gymnasium(env))
+    action = Q.argmax(axis=1)
+    sure, plain = (play(env, p, seed=3, episodes=30) for p in (np.eye(4)[action], action))
+    np.testing.assert_array_equal(sure.lengths, plain.lengths)
+    np.testing.assert_array_equal(sure.last_state, plain.last_state)
+
+
+def test_a_random_policy_earns_what_it_is_worth():
+    env = make("FrozenLake-v1")
+    world = from_gymnasium(env)
+    even = world.model.mask / world.model.mask.sum(axis=1, keepdims=True)
+    table = env.unwrapped.P
+    A, b = np.eye(16), np.zeros(16)
+    for s in range(16):
+        for a in range(4):
+            for p, after, reward, terminated in table[s][a]:
+                b[s] += p * reward / 4
+                A[s, after] -= p / 4 * (not terminated)
+    for s in world.terminal:
+        A[s], b[s] = np.eye(16)[s], 0
+    episodes = play(env, even, seed=0, episodes=4000)
+    worth = np.linalg.solve(A, b)[0]
+    assert episodes.returns.mean() == pytest.approx(worth, abs=4 * np.sqrt(worth / 4000))
+
+
+@pytest.mark.parametrize(
+    "policy", [[[0.5, 0.4]], [[1.5, -0.5]], [[np.nan, 1.0]], [[np.inf, 0.0]], [[0.2, 0.0]]]
+)
+def test_what_is_no_policy_by_chance_is_refused(policy):
+    with pytest.raises(InputError, match=r"policy: probabilities that sum to 1 .* in state 0"):
+        play(Coin(), np.array(policy), seed=0)
+
+
+def test_a_policy_by_chance_may_have_no_action_where_no_run_comes():
+    assert play(Coin(), np.array([[1.0], [0.0]]), seed=0, episodes=1).lengths.tolist() == [100]
+    with pytest.raises(InputError, match="no action in state 0"):
+        play(Coin(), np.array([[0.0], [1.0]]), seed=0)
+
+
+@pytest.mark.parametrize(
+    ("ends", "most", "told"),
+    [
+        ((True, False), 9, (True, False)),
+        ((False, True), 9, (False, True)),
+        ((True, True), 9, (True, False)),  # at the limit, but by itself
+        ((False, False), 3, (False, False)),
+    ],
+)
+def test_an_end_a_limit_and_giving_up_are_told_apart(ends, most, told):
+    env = Coin(lambda step: ends if step == 5 else (False, False))
+    episodes = play(env, np.array([0]), seed=0, episodes=2, max_steps=most)
+    assert episodes.lengths.tolist() == [min(5, most)] * 2
+    assert list(zip(episodes.terminated, episodes.truncated, strict=True)) == [told] * 2
+
+
+def test_gymnasiums_own_limit_is_a_truncation():
+    env = make("CliffWalking-v1", max_episode_steps=7)
+    episodes = play(env, np.zeros(48, int), seed=0, episodes=2)
+    assert episodes.truncated.all()
+    assert not episodes.terminated.any()

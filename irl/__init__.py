@@ -32,7 +32,7 @@ Teaching: `demonstrations`, `records`, `tables`, `demonstrators`, `generalisatio
 `bellman`, `optimizers`, `training`, `function_approx`. Questions and advice: `uncertainty`,
 `queries`, `committee`, `clusters`, `preferences`, `advice`, `active`, `active_state`. Every method:
 `methods`, `method_inputs`, `method_iterations`, `baselines`. Judging: `planning`, `evaluation`,
-`metrics`, `policy`. The rest is small tools: files, hashes, checks.
+`metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes, checks.
 """
 
 from importlib import import_module

@@ -1,0 +1,87 @@
+"""A file of named arrays that says what it is: of what kind, for which task, and its own digest.
+
+In the safetensors format (`irl.tensor_file`). Its metadata are text: ``kind``, ``schema_version``,
+``task_hash`` and ``digest``, the SHA-256 of all else in the file, beside the kind's own.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from irl.errors import InputError
+from irl.files import atomic_path
+from irl.tensor_file import from_bytes, to_bytes
+
+SCHEMA_VERSION = "1"
+_OWN = ("kind", "schema_version", "task_hash", "digest")
+
+
+def write_arrays(
+    path: Path, kind: str, arrays: Mapping[str, np.ndarray], told: Mapping[str, str]
+) -> None:
+    """Write arrays, whole or not at all; equal content gives equal bytes.
+
+    Args:
+        path: the file.
+        kind: what they are.
+        arrays: by name.
+        told: metadata by name, ``task_hash`` among them.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    metadata = {**told, "kind": kind, "schema_version": SCHEMA_VERSION}
+    metadata["digest"] = _digest(arrays, metadata)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(to_bytes(arrays, metadata))
+
+
+def read_arrays(
+    path: Path, kind: str, told: tuple[str, ...], task_hash: str | None
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Read what ``write_arrays`` wrote.
+
+    Args:
+        path: the file.
+        kind: what it must hold.
+        told: names that the metadata must have.
+        task_hash: hash of the task data it must belong to; any if None.
+
+    Returns:
+        Arrays and metadata by name.
+
+    Raises:
+        InputError: if the file is missing, damaged, of another kind, schema or task, or metadata
+            are missing; names the file and the field.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"no such file of a {kind}", place=str(path))
+    try:
+        arrays, metadata = from_bytes(path.read_bytes())
+    except (InputError, OSError) as error:
+        raise InputError(f"not a readable {kind} ({error})", place=str(path)) from error
+    for name, wanted in (("kind", kind), ("schema_version", SCHEMA_VERSION)):
+        if metadata.get(name) != wanted:
+            raise InputError(
+                f"field '{name}' is {metadata.get(name)!r:.40}", place=str(path), valid=[wanted]
+            )
+    for name in (*_OWN, *told):
+        if name not in metadata:
+            raise InputError(f"metadata field '{name}' is missing", place=str(path))
+    digest = metadata.pop("digest")
+    if digest != _digest(arrays, metadata):
+        raise InputError("field 'digest' is not that of what the file holds", place=str(path))
+    if task_hash is not None and metadata["task_hash"] != task_hash:
+        raise InputError(
+            f"field 'task_hash' is {metadata['task_hash'][:12]!r}…, learnt on another task than "
+            f"{task_hash[:12]!r}…; give a {kind} learnt on this task",
+            place=str(path),
+        )
+    return arrays, metadata
+
+
+def _digest(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str]) -> str:
+    return hashlib.sha256(to_bytes(arrays, metadata)).hexdigest()

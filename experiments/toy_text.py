@@ -164,6 +164,12 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     check_range("episodes", config.episodes, 1)
     for name in config.environments:
         check_choice("environments", name, EXAMPLES)
+        if name not in gymnasium.registry:
+            raise InputError(
+                f"gymnasium {gymnasium.__version__} has no {name}; "
+                "pip install 'active-advice-irl[gym]' brings one that has",
+                place="environments",
+            )
     for name in config.methods:
         check_choice("methods", name, METHODS)
     torch.set_num_threads(1)  # the networks are small

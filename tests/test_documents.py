@@ -113,6 +113,18 @@ def test_the_torch_of_the_readme_is_the_pinned_one():
     assert f"pip install torch=={pinned} --index-url" in (ROOT / "README.md").read_text()
 
 
+def test_one_range_of_gymnasium_is_told_everywhere():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    told = [
+        requirement
+        for names in extras["optional-dependencies"].values()
+        for requirement in names
+        if requirement.startswith("gymnasium")
+    ]
+    assert told == ["gymnasium>=1.3"] * 2  # the first that has Taxi-v4
+    assert "pip install 'gymnasium>=1.3'" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
 def test_everything_in_the_packages_is_installed():
     globs = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
     for package in ("irl", "models", "diagrams", "experiments"):

@@ -70,6 +70,13 @@ def test_mistakes_cost_one_line(refused, name, options, words):
     assert words in refused(importlib.import_module(f"experiments.{name}"), *options)
 
 
+def test_a_gymnasium_without_one_of_the_worlds_is_named(refused, monkeypatch):
+    gymnasium = pytest.importorskip("gymnasium")
+    monkeypatch.delitem(gymnasium.registry, "Taxi-v4")
+    told = refused(importlib.import_module("experiments.toy_text"))
+    assert f"--environments: gymnasium {gymnasium.__version__} has no Taxi-v4" in told
+
+
 def test_toy_worlds_are_learnt_and_played(tmp_path, command):
     pytest.importorskip("gymnasium")
     options = ("--methods", "linear_mlirl", "planning", "--episodes", 60)

@@ -31,8 +31,8 @@ Teaching: `demonstrations`, `records`, `tables`, `demonstrators`, `generalisatio
 `teacher`, `problem`. The network and its training: `vr_function`, `likelihood`, `neighbourhood`,
 `bellman`, `optimizers`, `training`, `function_approx`. Questions and advice: `uncertainty`,
 `queries`, `committee`, `clusters`, `preferences`, `advice`, `active`, `active_state`. Every method:
-`methods`, `method_inputs`, `method_iterations`, `baselines`. Judging: `planning`, `evaluation`,
-`metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes, checks.
+`methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging: `planning`,
+`evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes, checks.
 """
 
 from importlib import import_module

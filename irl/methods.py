@@ -30,6 +30,9 @@ Advice enters (3.9) as constraints; the other methods take it afterwards, by Upd
 VR values; state preferences and clusters are for ``irl.active``. Methods that compare whole walks
 see each run of consecutive steps as one, and no generalised pairs.
 
+Where only states were recorded, `irl.state_only` infers the actions, for the methods that can do
+with shares of a label: all but the linear programs and birl.
+
 The linear programs (3.7) and (3.12) ask for the best action of every state, and demonstrations
 tell some. Their margins range over the demonstrated states, and elsewhere a run is taken to end:
 completing the policy by a guess would make the program explain the guess. (3.9) completes it by
@@ -163,6 +166,12 @@ def learn(
     check_choice("method", name, METHODS)
     method, advice = METHODS[name], options.pop("advice", None)
     given = Inputs(_problem(problem, features, gamma), demonstrations, rng, advice)
+    if not isinstance(demonstrations, Demonstrations):
+        raise InputError(
+            f"Demonstrations wanted, got {type(demonstrations).__name__}; from runs of states "
+            "without actions learns irl.state_only.learn_from_states",
+            place="demonstrations",
+        )
     demonstrations.check(given.model, "demonstrations")
     began = time.perf_counter()
     (q, reward), iterations = method.fit(given, **options)

@@ -13,10 +13,10 @@ The rooms, in reading order; each knows only those above it, and `task.spaces`:
 * `models.task`: the grasping task's 15,984 states and 55 actions, and what follows from geometry
   alone; it knows none of the other rooms.
 
-Beside them `models.rotations` (every notation of the thesis), `models.dh` (Denavit–Hartenberg
-parameters, as a second opinion), `models.compiled` (numba, with a cache that
-watches the functions that are called)
-and `models.errors`.
+Beside them `models.rotations` (every notation of the thesis), `models.printed` (rotation matrices
+as logs print them), `models.dh` (Denavit–Hartenberg parameters, as a second opinion),
+`models.compiled` (numba, with a cache that watches the functions that are called) and
+`models.errors`.
 
 What a user of the robots wants is handed on here and loads on first use. For example::
 
@@ -45,9 +45,12 @@ if TYPE_CHECKING:
     from models.motion.paths import PathPlanner, plan_path
     from models.motion.planner import ActionPlanner
     from models.motion.timing import time_path
+    from models.printed import renormalised
     from models.scenes.parsing import add_models, strict_parser
     from models.scenes.planning_scene import HOME, PlanningScene
+    from models.scenes.postures import posture
     from models.scenes.robots import GEN3, GEN3_LITE, Robot
+    from models.scenes.tool_frame import gripper_to_tool, tool_to_gripper
     from models.task.spaces import Action, State
 
 __all__ = [
@@ -66,11 +69,15 @@ __all__ = [
     "Robot",
     "State",
     "add_models",
+    "gripper_to_tool",
     "plan_path",
+    "posture",
     "read_map",
+    "renormalised",
     "solve",
     "strict_parser",
     "time_path",
+    "tool_to_gripper",
 ]
 
 _HOMES = {
@@ -81,9 +88,12 @@ _HOMES = {
     "models.motion.paths": ("PathPlanner", "plan_path"),
     "models.motion.planner": ("ActionPlanner",),
     "models.motion.timing": ("time_path",),
+    "models.printed": ("renormalised",),
     "models.scenes.parsing": ("add_models", "strict_parser"),
     "models.scenes.planning_scene": ("HOME", "PlanningScene"),
+    "models.scenes.postures": ("posture",),
     "models.scenes.robots": ("GEN3", "GEN3_LITE", "Robot"),
+    "models.scenes.tool_frame": ("gripper_to_tool", "tool_to_gripper"),
     "models.task.spaces": ("Action", "State"),
 }
 

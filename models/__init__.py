@@ -11,7 +11,9 @@ The rooms, in reading order; each knows only those above it, and `task.spaces`:
 * `models.maps`: reachability maps of both arms, and the workspace map;
 * `models.motion`: paths that are proved free, their timing, and the plans of the task's actions;
 * `models.task`: the grasping task's 15,984 states and 55 actions, and what follows from geometry
-  alone; it knows none of the other rooms.
+  alone; it knows none of the other rooms;
+* `models.export`: the arms with their grippers as URDF, SRDF and MJCF, for other tools; no other
+  room knows it.
 
 Beside them `models.rotations` (every notation of the thesis), `models.printed` (rotation matrices
 as logs print them), `models.dh` (Denavit–Hartenberg parameters, as a second opinion),
@@ -29,7 +31,8 @@ What a user of the robots wants is handed on here and loads on first use. For ex
     path = plan_path(scene, HOME, answer.q)  # None if no straight path is free
     motion = time_path(path, scene.velocity_limit)
 
-``python -m models`` opens a robot in Drake's model visualizer.
+``python -m models`` opens a robot in Drake's model visualizer; with ``--export DIR`` it writes the
+robot's files in place of that.
 """
 
 from importlib import import_module
@@ -38,6 +41,7 @@ from typing import TYPE_CHECKING, Any
 from models.errors import ModelError
 
 if TYPE_CHECKING:
+    from models.export.files import export_robot
     from models.inverse_kinematics.solution import Failure, IkSolution
     from models.inverse_kinematics.solver import IkSolver, solve
     from models.maps.reachability import ReachabilityMap
@@ -69,6 +73,7 @@ __all__ = [
     "Robot",
     "State",
     "add_models",
+    "export_robot",
     "gripper_to_tool",
     "plan_path",
     "posture",
@@ -81,6 +86,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "models.export.files": ("export_robot",),
     "models.inverse_kinematics.solution": ("Failure", "IkSolution"),
     "models.inverse_kinematics.solver": ("IkSolver", "solve"),
     "models.maps.reachability": ("ReachabilityMap",),

@@ -11,12 +11,14 @@ The rooms, in reading order; each knows only those above it, and `task.spaces`:
 * `models.maps`: reachability maps of both arms, and the workspace map;
 * `models.motion`: paths that are proved free, their timing, and the plans of the task's actions;
 * `models.task`: the grasping task's 15,984 states and 55 actions, and what follows from geometry
-  alone; it knows none of the other rooms.
+  alone; it knows none of the other rooms;
+* `models.export`: the arms with their grippers as URDF, SRDF and MJCF, for other tools; no other
+  room knows it.
 
-Beside them `models.rotations` (every notation of the thesis), `models.dh` (Denavit–Hartenberg
-parameters, as a second opinion), `models.compiled` (numba, with a cache that
-watches the functions that are called)
-and `models.errors`.
+Beside them `models.rotations` (every notation of the thesis), `models.printed` (rotation matrices
+as logs print them), `models.dh` (Denavit–Hartenberg parameters, as a second opinion),
+`models.compiled` (numba, with a cache that watches the functions that are called) and
+`models.errors`.
 
 What a user of the robots wants is handed on here and loads on first use. For example::
 
@@ -29,7 +31,8 @@ What a user of the robots wants is handed on here and loads on first use. For ex
     path = plan_path(scene, HOME, answer.q)  # None if no straight path is free
     motion = time_path(path, scene.velocity_limit)
 
-``python -m models`` opens a robot in Drake's model visualizer.
+``python -m models`` opens a robot in Drake's model visualizer; with ``--export DIR`` it writes the
+robot's files in place of that.
 """
 
 from importlib import import_module
@@ -38,6 +41,7 @@ from typing import TYPE_CHECKING, Any
 from models.errors import ModelError
 
 if TYPE_CHECKING:
+    from models.export.files import export_robot
     from models.inverse_kinematics.solution import Failure, IkSolution
     from models.inverse_kinematics.solver import IkSolver, solve
     from models.maps.reachability import ReachabilityMap
@@ -45,9 +49,12 @@ if TYPE_CHECKING:
     from models.motion.paths import PathPlanner, plan_path
     from models.motion.planner import ActionPlanner
     from models.motion.timing import time_path
+    from models.printed import renormalised
     from models.scenes.parsing import add_models, strict_parser
     from models.scenes.planning_scene import HOME, PlanningScene
+    from models.scenes.postures import posture
     from models.scenes.robots import GEN3, GEN3_LITE, Robot
+    from models.scenes.tool_frame import gripper_to_tool, tool_to_gripper
     from models.task.spaces import Action, State
 
 __all__ = [
@@ -66,14 +73,20 @@ __all__ = [
     "Robot",
     "State",
     "add_models",
+    "export_robot",
+    "gripper_to_tool",
     "plan_path",
+    "posture",
     "read_map",
+    "renormalised",
     "solve",
     "strict_parser",
     "time_path",
+    "tool_to_gripper",
 ]
 
 _HOMES = {
+    "models.export.files": ("export_robot",),
     "models.inverse_kinematics.solution": ("Failure", "IkSolution"),
     "models.inverse_kinematics.solver": ("IkSolver", "solve"),
     "models.maps.reachability": ("ReachabilityMap",),
@@ -81,9 +94,12 @@ _HOMES = {
     "models.motion.paths": ("PathPlanner", "plan_path"),
     "models.motion.planner": ("ActionPlanner",),
     "models.motion.timing": ("time_path",),
+    "models.printed": ("renormalised",),
     "models.scenes.parsing": ("add_models", "strict_parser"),
     "models.scenes.planning_scene": ("HOME", "PlanningScene"),
+    "models.scenes.postures": ("posture",),
     "models.scenes.robots": ("GEN3", "GEN3_LITE", "Robot"),
+    "models.scenes.tool_frame": ("gripper_to_tool", "tool_to_gripper"),
     "models.task.spaces": ("Action", "State"),
 }
 

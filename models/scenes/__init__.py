@@ -3,5 +3,6 @@
 Read `parsing` first: it parses `models/description` and names what stored results were
 computed from. `robots` tells the two arms apart, `gripper` and `lite_gripper` are their hands'
 linkages, and `planning_scene` answers the two questions of all planning: where is the hand at
-these joint angles, and what is it near to?
+these joint angles, and what is it near to? `tool_frame` and `postures` are what the vendor calls
+things: its tool frame, there and back, and its named postures.
 """

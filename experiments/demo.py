@@ -19,10 +19,10 @@ from experiments.grasping.playing import check_max_actions, draw_starts, play_ep
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
+from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
-from irl.task_data import load_task
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     started = perf_counter()
     # Small matrices: a second thread costs more than it brings, and changes the last bits.
     torch.set_num_threads(1)
-    task = load_task(config.task)
+    task = load_robot_task(config.task)
     planner = load_planner()
     starts = draw_starts(task, config.starts, config.seed, at_least=0)
     check_max_actions(config.max_actions)

@@ -9,10 +9,10 @@ import numpy as np
 from diagrams.policy_run import Played
 from experiments.grasping.playing import check_max_actions, draw_starts, play_episodes, summary
 from experiments.kit.command import Output, execute
+from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.errors import InputError
 from irl.policy import load_policy
-from irl.task_data import load_task
 from models.task import words
 
 
@@ -46,8 +46,8 @@ def print_episodes(played: list[Played]) -> None:
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Load, draw starts, play, count."""
-    task = load_task(config.task)
-    policy = load_policy(config.policy, task.task_hash)
+    task = load_robot_task(config.task)
+    policy = load_policy(config.policy, task.task_hash, task.model.mask)
     starts = draw_starts(task, config.starts, config.seed)
     if not 0.0 <= config.disturbance < np.inf:
         raise InputError(f"--disturbance: must be ≥ 0 and finite [m], is {config.disturbance}")

@@ -173,10 +173,37 @@ def forget(folder: Path) -> None:
 
 
 def _read_curve(path: Path) -> list[CurvePoint]:
-    try:
-        return [CurvePoint(**point) for point in read_json(path)["points"]]
-    except (TypeError, KeyError) as error:
-        raise InputError(f"{path}: not a learning curve ({error}); delete it") from error
+    """What an interrupted run kept of its curve.
+
+    Raises:
+        InputError: naming the point and field that no run could have written.
+    """
+    kept = read_json(path)
+    points = kept.get("points") if isinstance(kept, dict) else None
+    if not isinstance(points, list):
+        raise InputError("field 'points' must be a list; delete the file", place=str(path))
+    wanted = {
+        "query": (int, 0, float("inf")),
+        "demonstrated": (int, 1, float("inf")),
+        "success": (float, 0, 1),
+        "accuracy_optimal_all": (float, 0, 1),
+    }
+    curve: list[CurvePoint] = []
+    for number, point in enumerate(points):
+        place = f"{path}: point {number}"
+        if not isinstance(point, dict) or point.keys() != wanted.keys():
+            raise InputError(
+                f"must have the fields {', '.join(wanted)} alone; delete the file", place=place
+            )
+        for name, (kind, low, high) in wanted.items():
+            if type(point[name]) is not kind or not low <= point[name] <= high:
+                raise InputError(
+                    f"field '{name}' is {point[name]!r:.40}; delete the file", place=place
+                )
+        if curve and point["query"] <= curve[-1].query:
+            raise InputError("field 'query' must grow; delete the file", place=place)
+        curve.append(CurvePoint(**point))
+    return curve
 
 
 class _Bars:

@@ -17,7 +17,7 @@ from irl.errors import InputError
 from irl.task_data import TaskData
 from models.motion.planner import ActionPlanner
 from models.task import words
-from models.task.spaces import Action
+from models.task.spaces import N_FREE, Action
 from models.task.tables import describe_state
 
 PAUSE = 1.0
@@ -30,9 +30,16 @@ def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) ->
     """Draw start states that are not goals, without repetition.
 
     Raises:
-        InputError: if ``number`` is below ``at_least`` or above what there is.
+        InputError: if ``number`` is below ``at_least`` or above what there is, or the task has
+            start states that the robot cannot be put in.
     """
     pool = np.setdiff1d(task.start_states, task.goal_states)
+    held = pool[pool >= N_FREE]
+    if number and held.size:
+        raise InputError(
+            f"--task: task.json: field 'start_states' holds {held[0]}, where the cube is not free; "
+            f"an episode starts in one of 0…{N_FREE - 1}"
+        )
     if not at_least <= number <= pool.size:
         raise InputError(
             f"--starts: must be ≥ {at_least} and ≤ {pool.size}, the number of the task's start "

@@ -18,6 +18,7 @@ from diagrams.trials.record import Pair, Trial
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
 from experiments.kit.kept_rows import KeptRows
+from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import (
     MAP,
     SHIPPED_ROBOT,
@@ -48,7 +49,6 @@ from experiments.transitions.sensitivity import (
 from experiments.transitions.validation import draw_pairs, plot_validation, print_scores, scores
 from irl.choices import check_range
 from irl.files import sha256
-from irl.task_data import load_task
 from models.scenes.parsing import STATION_FILES, description_hash
 from models.task.spaces import Kind
 from models.task.trial_classes import trial_classes
@@ -133,7 +133,7 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
     """Compare the model with trials of pairs drawn at random."""
     check_range("--trials", config.trials, len(Kind))
     config.check()
-    model = to_entries(load_task(config.task).transitions)
+    model = to_entries(load_robot_task(config.task).transitions)
     campaign = floating_campaign(config.trial, config.seed)
     if config.rig == ARM:
         models, map_hash = description_hash(STATION_FILES), sha256(SHIPPED_ROBOT / MAP)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from tqdm import tqdm
@@ -10,7 +11,7 @@ from tqdm import tqdm
 from experiments.grasping.teacher import GraspTeacher
 from irl.active import ActiveConfig, Progress, Result, active_fa_mlirl
 from irl.active_state import training_files
-from irl.choices import check_range
+from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.files import atomic_path
@@ -30,14 +31,14 @@ CHECKPOINT, CURVE = "learning.checkpoint", "learning_curve.json"
 
 
 @dataclass(frozen=True)
-class LearningConfig:
+class LearningConfig(Settings):
     """Algorithm 4.1 on the grasping task."""
 
     features: str = "rotation"
     """Which features of the task data the network sees: rotation or thesis."""
-    demonstrations: int = THESIS_DEMONSTRATIONS
+    demonstrations: Annotated[int, Limits(1, N_STATES)] = THESIS_DEMONSTRATIONS
     """How many distinct states are demonstrated before the first query."""
-    least_purity: float = 0.95
+    least_purity: Annotated[float, Limits(0, 1)] = 0.95
     """A generalisation rule is left out if a smaller share of its labels is right."""
     active: ActiveConfig = field(
         default_factory=lambda: ActiveConfig(
@@ -113,7 +114,6 @@ def learn(
     Raises:
         InputError: if the task data lack the features, or ``folder`` keeps other work.
     """
-    check_range("least_purity", config.least_purity, 0.0, 1.0)
     if config.features not in task.features:
         raise InputError(
             f"features '{config.features}' are not in the task data; "

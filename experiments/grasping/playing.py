@@ -48,16 +48,6 @@ def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) ->
     return np.random.default_rng(seed).choice(pool, number, replace=False)
 
 
-def check_max_actions(number: int) -> None:
-    """Refuse an episode without actions.
-
-    Raises:
-        InputError: if ``number`` is below 1.
-    """
-    if number < 1:
-        raise InputError(f"--max-actions: must be ≥ 1, is {number}")
-
-
 def play_episodes(
     action: np.ndarray,
     planner: ActionPlanner,

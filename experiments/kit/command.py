@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import yaml
 
-from experiments.kit.options import OptionError, name_option, parse
+from experiments.kit.options import LARGEST_SEED, OptionError, name_option, parse
+from irl.choices import check_range
 from irl.errors import InputError
 from irl.files import atomic_path
 from models.errors import ModelError
@@ -122,8 +123,7 @@ def execute(
     except OptionError as error:
         raise _fail(str(error)) from None
     try:
-        if getattr(config, "seed", 0) < 0:
-            raise InputError(f"--seed: must be ≥ 0, is {config.seed}")  # type: ignore[attr-defined]
+        check_range("--seed", getattr(config, "seed", 0), 0, LARGEST_SEED)
         output = Output(config.out, config)  # type: ignore[attr-defined]
         try:
             result = main(config, output)

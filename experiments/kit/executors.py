@@ -24,6 +24,8 @@ from irl.errors import InputError
 Job = TypeVar("Job")
 Outcome = TypeVar("Outcome")
 
+MOST_WORKERS = 1000
+"""Processes that a command may start here; more are asked of a cluster."""
 AHEAD = 2
 """Jobs submitted per worker: one runs, one waits, so that none idles and little is lost."""
 CONNECT_S = 10

@@ -37,7 +37,7 @@ from experiments.transitions.export import save_tables, task_data
 from experiments.transitions.memory import print_two_turns, two_turns
 from experiments.transitions.options import Running, floating_campaign
 from experiments.transitions.physics import physics, print_physics
-from irl.choices import check_range
+from irl.choices import Limits
 from irl.files import atomic_path
 from irl.task_data import save_task
 from models.task.trial_classes import TrialClasses, trial_classes
@@ -51,7 +51,7 @@ class Run(Running):
 
     database: Path = DATABASE
     """The SQLite file of the trials; made if it is missing."""
-    hours: float | None = None
+    hours: Annotated[float | None, Limits(0, 1e6)] = None
     """For how many hours to run at most; by default, until the plan is fulfilled."""
     plan: Plan = field(default_factory=Plan)
     """How many trials each class of pairs needs."""
@@ -144,9 +144,6 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
 
 def run(config: Run, classes: TrialClasses, feasible: np.ndarray) -> TrialDatabase:
     """Run the campaign; the database, with its trials in it."""
-    config.check()
-    if config.hours is not None:
-        check_range("--hours", config.hours, 0)
     campaign = floating_campaign(config.trial, config.seed)
     source = ClassTrials(classes, planned_classes(classes, feasible), config.plan)
     with start_workers(config.workers, config.cluster) as workers:

@@ -48,7 +48,7 @@ PUBLISHED = {7: 0.0106, 25: 0.0377, 35: 0.0541, 101: 0.0845}
 class Config(Settings):
     """Learn grid-world policies from four corner-to-goal trajectories."""
 
-    sizes: Annotated[tuple[int, ...], Limits(3, WIDEST_GRID, some=True)] = (7, 25)
+    sizes: Annotated[tuple[int, ...], Limits(0, WIDEST_GRID, some=True)] = (7, 25)
     """The sides of the grids in cells, odd if the goal is at the centre.
     The thesis also has 35 and 101."""
     seeds: Annotated[tuple[int, ...], Limits(-LARGEST_SEED, LARGEST_SEED, some=True)] = (0, 1, 2)

@@ -223,7 +223,7 @@ def test_no_number_is_taken_that_is_out_of_all_bounds(capsys, tmp_path, name, ar
         ("demo", ["--teacher.action-cost", "-1"], "must be ≥ 0 and ≤ 1, is -1.0"),
         ("demo", ["--learning.active.hidden", "1000000000000"], "must be ≥ 1 and ≤ 10000"),
         ("gridworld", ["--hard-size", "3"], "must be ≥ 5 and ≤ 1001, is 3"),
-        ("gridworld", ["--sizes", "1000001"], "must be ≥ 3 and ≤ 1001, is 1000001"),
+        ("gridworld", ["--sizes", "1000001"], "must be ≥ 0 and ≤ 1001, is 1000001"),
         ("gridworld", ["--sizes"], "at least one value is needed"),
         ("toy_text", ["--environments"], "at least one value is needed"),
         ("own_task", ["--methods"], "at least one value is needed"),

@@ -119,9 +119,9 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
         return CHECKS[type(config)](config, output)
     if isinstance(config, Export):
         with about("--to"):
-            require_replaceable(config.to)
             if config.to.resolve() == output.folder.resolve():
                 raise InputError("is the folder of --out; name another, such as one within it")
+            require_replaceable(config.to)
         if config.archive is not None and not config.archive.parent.is_dir():
             raise InputError(f"{config.archive.parent}: no such folder", place="--archive")
     classes, feasible = trial_classes(), load_feasibility().mask()

@@ -16,3 +16,10 @@ A story is a folder with a ``story.py`` in it, or a single module; its options a
 
 The folder ``data`` holds what is shipped, ``results`` what RESULTS.md shows.
 """
+
+import sys
+
+from experiments.kit.interruption import leave_while_importing
+
+if sys.argv[:1] == ["-m"]:  # python -m experiments.NAME, which is about to be found and imported
+    leave_while_importing()

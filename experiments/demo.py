@@ -8,25 +8,27 @@ learns, it goes on with the same command.
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import torch
 
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
-from experiments.grasping.playing import check_max_actions, draw_starts, play_episodes, summary
+from experiments.grasping.playing import draw_starts, play_episodes, summary
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
+from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
+from irl.choices import Limits, Settings
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
-from irl.task_data import load_task
+from models.task.spaces import N_FREE
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(Settings):
     """Learn the grasping task from demonstrations and advice, and play it in Drake."""
 
     task: Path = SHIPPED_TASK
@@ -35,9 +37,9 @@ class Config:
     """Who demonstrates and advises. The learner never sees the simulated mind's reward or goal."""
     learning: LearningConfig = field(default_factory=LearningConfig)
     """What the learner sees, and how much it is shown before it asks."""
-    starts: int = 3
+    starts: Annotated[int, Limits(0, N_FREE)] = 3
     """How many episodes are played in the Drake diagram; 0 plays none."""
-    max_actions: int = 20
+    max_actions: Annotated[int, Limits(1, 10_000)] = 20
     """After how many actions an episode ends."""
     seed: int = 0
     """The seed of every random draw."""
@@ -50,10 +52,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     started = perf_counter()
     # Small matrices: a second thread costs more than it brings, and changes the last bits.
     torch.set_num_threads(1)
-    task = load_task(config.task)
+    task = load_robot_task(config.task)
     planner = load_planner()
     starts = draw_starts(task, config.starts, config.seed, at_least=0)
-    check_max_actions(config.max_actions)
     teacher = GraspTeacher(task, config.teacher)
     rng = np.random.default_rng(config.seed)
 

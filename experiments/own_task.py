@@ -11,7 +11,7 @@ machine's, and the rest works as it stands: nothing below it knows what the task
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import torch
@@ -19,7 +19,7 @@ from tqdm import tqdm
 
 from experiments.kit.command import Output, execute
 from experiments.kit.method_plots import NAMES, Panel, names_of, plot_methods
-from irl.choices import check_choice, check_range
+from irl.choices import Limits, Members, Settings
 from irl.collection import demonstrate
 from irl.demonstrators import OracleDemonstrator
 from irl.methods import METHODS, learn
@@ -36,14 +36,14 @@ NEAR = 0.9
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(Settings):
     """Learn a small task of another kind than the robot's, with every method."""
 
     seed: int = 0
     """The seed of the demonstrations and of the methods."""
-    trajectories: int = 8
+    trajectories: Annotated[int, Limits(1, 100_000)] = 8
     """How many batches are demonstrated."""
-    methods: tuple[str, ...] = tuple(METHODS)
+    methods: Annotated[tuple[str, ...], Members(tuple(METHODS))] = tuple(METHODS)
     """Which methods are compared."""
     out: Path = field(default_factory=lambda: Path("out/own_task"))
     """The folder that the results are written to, the task data into its folder task."""
@@ -130,9 +130,6 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     Success is the probability of a whole batch within 20 actions, over all starts. *As good* is the
     share of states not demonstrated in which the policy acts as well as the demonstrator.
     """
-    check_range("trajectories", config.trajectories, 1)
-    for name in config.methods:
-        check_choice("methods", name, METHODS)
     save_task(workshop(), output.folder / "task")
     task = load_task(output.folder / "task")
     model, goal, starts = task.model, task.goal_states, task.start_states

@@ -2,33 +2,32 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Annotated, Any
 
 from diagrams.policy_run import Played
-from experiments.grasping.playing import check_max_actions, draw_starts, play_episodes, summary
+from experiments.grasping.playing import draw_starts, play_episodes, summary
 from experiments.kit.command import Output, execute
+from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
-from irl.errors import InputError
+from irl.choices import Limits, Settings
 from irl.policy import load_policy
-from irl.task_data import load_task
 from models.task import words
+from models.task.spaces import N_FREE
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(Settings):
     """Play a learned policy in the Drake diagram, from random starts."""
 
     policy: Path = Path("out/demo/policy.safetensors")
     """The policy file; it must have been learnt for the task data given."""
     task: Path = SHIPPED_TASK
     """The folder that the task data are read from."""
-    starts: int = 3
+    starts: Annotated[int, Limits(1, N_FREE)] = 3
     """How many starts are drawn among the task's free states, without repetition."""
-    disturbance: float = 0.0
+    disturbance: Annotated[float, Limits(0, 0.5)] = 0.0
     """By how much more the cube's place at the start is disturbed: a standard deviation [m]."""
-    max_actions: int = 20
+    max_actions: Annotated[int, Limits(1, 10_000)] = 20
     """After how many actions an episode ends."""
     seed: int = 0
     """The seed of the starts and of the cube's true poses."""
@@ -46,12 +45,9 @@ def print_episodes(played: list[Played]) -> None:
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Load, draw starts, play, count."""
-    task = load_task(config.task)
-    policy = load_policy(config.policy, task.task_hash)
+    task = load_robot_task(config.task)
+    policy = load_policy(config.policy, task.task_hash, task.model.mask)
     starts = draw_starts(task, config.starts, config.seed)
-    if not 0.0 <= config.disturbance < np.inf:
-        raise InputError(f"--disturbance: must be ≥ 0 and finite [m], is {config.disturbance}")
-    check_max_actions(config.max_actions)
     played = play_episodes(
         policy.action,
         load_planner(),

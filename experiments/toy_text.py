@@ -8,7 +8,7 @@ environment; the return is what counts. Needs the extra ``gym``.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import torch
@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from experiments.kit.command import Output, execute
 from experiments.kit.method_plots import Panel, plot_methods
-from irl.choices import check_choice, check_range
+from irl.choices import Limits, Members, Settings
 from irl.collection import demonstrate
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import PolicyDemonstrator
@@ -65,16 +65,16 @@ EXAMPLES = {
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(Settings):
     """Learn gymnasium's toy-text worlds from demonstrations, with every method."""
 
     seed: int = 0
     """The seed of the demonstrations, the methods and the environments."""
-    environments: tuple[str, ...] = tuple(EXAMPLES)
+    environments: Annotated[tuple[str, ...], Members(tuple(EXAMPLES))] = tuple(EXAMPLES)
     """Which of the worlds are learnt."""
-    methods: tuple[str, ...] = tuple(METHODS)
+    methods: Annotated[tuple[str, ...], Members(tuple(METHODS))] = tuple(METHODS)
     """Which methods learn them."""
-    episodes: int = 300
+    episodes: Annotated[int, Limits(1, 1_000_000)] = 300
     """How many episodes each policy is played."""
     out: Path = field(default_factory=lambda: Path("out/toy_text"))
     """The folder that the results are written to."""
@@ -158,20 +158,14 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     try:
         import gymnasium  # noqa: PLC0415 - an optional extra
     except ImportError as error:
-        raise InputError(
-            "toy_text: needs gymnasium; pip install 'active-advice-irl[gym]'"
-        ) from error
-    check_range("episodes", config.episodes, 1)
+        raise InputError("toy_text: needs gymnasium; pip install '.[gym]'") from error
     for name in config.environments:
-        check_choice("environments", name, EXAMPLES)
         if name not in gymnasium.registry:
             raise InputError(
                 f"gymnasium {gymnasium.__version__} has no {name}; "
-                "pip install 'active-advice-irl[gym]' brings one that has",
-                place="environments",
+                "pip install '.[gym]' brings one that has",
+                place="--environments",
             )
-    for name in config.methods:
-        check_choice("methods", name, METHODS)
     torch.set_num_threads(1)  # the networks are small
     rows = []
     bar = tqdm(total=len(config.environments) * len(config.methods), leave=False)

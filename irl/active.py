@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
 from irl.active_state import ActiveFiles, ActiveState, QueryRecord, identity
 from irl.advice import AVOID_MODES, Advice
-from irl.choices import check_choice, check_range
+from irl.choices import Limits, Settings, check_choice
 from irl.clusters import with_intersections
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
@@ -28,35 +29,35 @@ from irl.queries import (
 )
 from irl.teacher import Teacher
 from irl.training import TrainingConfig
-from irl.vr_function import DEVICES, VRFunction, torch_generator
+from irl.vr_function import DEVICES, WIDEST, VRFunction, torch_generator
 
 
 @dataclass(frozen=True)
-class ActiveConfig:
+class ActiveConfig(Settings):
     """Algorithm 4.1's choices; each part can be switched off by itself."""
 
     initial: TrainingConfig = field(default_factory=lambda: TrainingConfig(iterations=10_000))
     """How the network is trained on the initial demonstrations."""
     refine: TrainingConfig = field(default_factory=lambda: TrainingConfig(iterations=100))
     """How it is trained after each round of queries, starting from the weights at hand."""
-    budget: int = 100
+    budget: Annotated[int, Limits(0, 1_000_000_000)] = 100
     """How many state queries are asked at most."""
-    batch: int = 1
+    batch: Annotated[int, Limits(1, 1_000_000_000)] = 1
     """How many state queries are asked in a round, and as many cluster queries; 1 in the thesis."""
-    max_demonstrated: int | None = None
+    max_demonstrated: Annotated[int | None, Limits(1, 1_000_000_000)] = None
     """How many distinct states may have labels, never exceeded; None leaves it to the budget."""
     state_query: str = "masked_entropy"
     """Which state to ask about: a name in irl.queries.STATE_STRATEGIES."""
     cluster_query: str = "masked_entropy"
     """Which cluster to ask about: a name in irl.queries.CLUSTER_STRATEGIES, or none."""
-    query_beta: float = 1.0
+    query_beta: Annotated[float, Limits(0, 1e9, open_low=True)] = 1.0
     """The inverse temperature of (4.2) in the queries; 1 in the thesis."""
-    committee: int = 5
+    committee: Annotated[int, Limits(2, 1000)] = 5
     """How many members the committee has, where a strategy needs one.
     Each costs as much training as the main network."""
-    cluster_intersections: int = 0
+    cluster_intersections: Annotated[int, Limits(0, 100)] = 0
     """How many rounds of intersecting clusters make new ones to ask about; 0 makes none."""
-    smallest_intersection: int = 1
+    smallest_intersection: Annotated[int, Limits(1, 1_000_000_000)] = 1
     """How few states such a new cluster may have."""
     state_preferences: bool = True
     """Whether preferred and avoided states change the learnt values."""
@@ -64,7 +65,7 @@ class ActiveConfig:
     """Whether the expert is asked."""
     avoid: str = "mask"
     """What happens to avoided actions: mask excludes them, thesis lowers their value."""
-    hidden: tuple[int, ...] = (150, 50)
+    hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (150, 50)
     """The widths of the network's hidden layers."""
     device: str = "cpu"
     """Where the networks live: cpu, or cuda for large problems on a GPU."""
@@ -75,18 +76,11 @@ class ActiveConfig:
         Raises:
             InputError: naming the field and what it may be.
         """
+        super().__post_init__()
         check_choice("state_query", self.state_query, STATE_STRATEGIES)
         check_choice("cluster_query", self.cluster_query, (*CLUSTER_STRATEGIES, "none"))
         check_choice("avoid", self.avoid, AVOID_MODES)
         check_choice("device", self.device, DEVICES)
-        check_range("budget", self.budget, 0)
-        check_range("batch", self.batch, 1)
-        check_range("committee", self.committee, 2)
-        check_range("cluster_intersections", self.cluster_intersections, 0)
-        check_range("smallest_intersection", self.smallest_intersection, 1)
-        check_range("query_beta", self.query_beta, 0, open_low=True)
-        if self.max_demonstrated is not None:
-            check_range("max_demonstrated", self.max_demonstrated, 1)
 
 
 @dataclass(frozen=True)

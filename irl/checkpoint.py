@@ -17,6 +17,7 @@ import numpy as np
 from irl.choices import check_range
 from irl.errors import InputError, first_line
 from irl.files import atomic_path
+from irl.formats import distinct
 from irl.identity import require_same_work
 from irl.tensor_file import from_bytes, to_bytes
 
@@ -107,19 +108,30 @@ def load(path: Path, identity: Mapping[str, Any]) -> tuple[dict[str, np.ndarray]
         raise InputError(f"{path}: no such checkpoint")
     try:
         arrays, metadata = from_bytes(path.read_bytes())
-        header = json.loads(metadata["checkpoint"])
+        header = json.loads(metadata["checkpoint"], object_pairs_hook=distinct)
         version, content, digest = (header[k] for k in ("schema_version", "content", "digest"))
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(
             f"{path}: not a readable checkpoint ({first_line(error)}); delete it"
         ) from error
-    if version != SCHEMA_VERSION:
+    if type(version) is not int or version != SCHEMA_VERSION:
         raise InputError(
             f"{path}: field 'schema_version' is {version!r}; supported: {SCHEMA_VERSION}"
         )
-    if digest != _digest(content, arrays):
+    if not isinstance(content, str) or digest != _digest(content, arrays):
         raise InputError(f"{path}: damaged, its content does not match its digest; delete it")
-    found = json.loads(content)
+    try:
+        found = json.loads(content, object_pairs_hook=distinct)
+    except (ValueError, RecursionError) as error:
+        raise InputError(
+            f"{path}: field 'content' is not valid JSON ({first_line(error)}); delete it"
+        ) from error
+    if not isinstance(found, dict) or not all(
+        isinstance(found.get(name), dict) for name in ("identity", "state")
+    ):
+        raise InputError(
+            f"{path}: field 'content' must have objects 'identity' and 'state'; delete it"
+        )
     require_same_work(path, found["identity"], identity)
     return arrays, found["state"]
 

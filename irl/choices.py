@@ -8,9 +8,13 @@ class Config(Settings):
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 from irl.errors import InputError
+
+FAR = 100_000
+"""An upper end from here on guards time and memory alone; whoever is below the lower end is not
+told of it."""
 
 
 def check_choice(field: str, value: object, valid: Iterable[str]) -> None:
@@ -36,35 +40,91 @@ def check_range(
     """Refuse a number outside ``low…high``, or equal to an end that is open.
 
     Raises:
-        InputError: if ``value`` is outside, or not a number.
+        InputError: if ``value`` is outside, infinite, or not a number.
     """
+    endless = high == float("inf")
     above = low < value if open_low else low <= value
-    below = value < high if open_high else value <= high
+    below = value < high if open_high or endless else value <= high
     if not (above and below):
-        least = f"{'>' if open_low else '≥'} {low:g}"
-        most = "" if high == float("inf") else f" and {'<' if open_high else '≤'} {high:g}"
+        least = f"{'>' if open_low else '≥'} {_shown(low)}"
+        most = f" and {'<' if open_high else '≤'} {_shown(high)}"
+        if endless:
+            most = " and finite" if value == high else ""
+        elif high >= FAR and not above:
+            most = ""
         raise InputError(f"must be {least}{most}, is {value}", place=field)
+
+
+def _shown(number: float) -> str:
+    """Whole numbers with all their digits."""
+    return f"{number}" if isinstance(number, int) else f"{number:g}"
 
 
 @dataclass(frozen=True)
 class Limits:
     """The numbers that a field of settings may hold, as an annotation of its type.
 
+    Of a field that holds several they bind each; one that may hold None may hold it still.
+
     Attributes:
         low: the least.
         high: the largest.
         open_low: whether ``low`` itself is refused.
         open_high: whether ``high`` itself is refused.
+        some: whether a field that holds several must hold one at least.
     """
 
     low: float
     high: float = float("inf")
     open_low: bool = False
     open_high: bool = False
+    some: bool = False
+
+    def check(self, field: str, value: Any) -> None:
+        """Refuse what a field of that name may not hold.
+
+        Raises:
+            InputError: naming the field and what it may be.
+        """
+        if self.some:
+            _check_some(field, value)
+        for number in value if isinstance(value, tuple) else (value,):
+            if number is not None:
+                check_range(
+                    *(field, number, self.low, self.high),
+                    open_low=self.open_low,
+                    open_high=self.open_high,
+                )
+
+
+@dataclass(frozen=True)
+class Members:
+    """The names that a field of settings may hold, one at least: an annotation of its type.
+
+    Attributes:
+        valid: all of them.
+    """
+
+    valid: tuple[str, ...]
+
+    def check(self, field: str, value: tuple[str, ...]) -> None:
+        """Refuse what a field of that name may not hold.
+
+        Raises:
+            InputError: naming the field and what it may be.
+        """
+        _check_some(field, value)
+        for name in value:
+            check_choice(field, name, self.valid)
+
+
+def _check_some(field: str, values: tuple[Any, ...]) -> None:
+    if not values:
+        raise InputError("at least one value is needed", place=field)
 
 
 class Settings:
-    """Base of frozen dataclasses of settings: every field is held to its ``Limits``."""
+    """Base of dataclasses of settings: every field is held to its ``Limits`` or ``Members``."""
 
     def __post_init__(self) -> None:
         """Refuse values outside their limits.
@@ -73,22 +133,15 @@ class Settings:
             InputError: naming the field and what it may be.
         """
         for field, limits in _limits(type(self)):  # type: ignore[arg-type]  # hashable it is
-            check_range(
-                field,
-                getattr(self, field),
-                limits.low,
-                limits.high,
-                open_low=limits.open_low,
-                open_high=limits.open_high,
-            )
+            limits.check(field, getattr(self, field))
 
 
 @cache
-def _limits(settings: type) -> tuple[tuple[str, Limits], ...]:
+def _limits(settings: type) -> tuple[tuple[str, Limits | Members], ...]:
     """The fields of a class of settings that have limits, with these."""
     return tuple(
         (field, limits)
         for field, hint in get_type_hints(settings, include_extras=True).items()
         for limits in getattr(hint, "__metadata__", ())
-        if isinstance(limits, Limits)
+        if isinstance(limits, (Limits, Members))
     )

@@ -88,16 +88,20 @@ def save_policy(policy: Policy, path: Path) -> None:
         temporary.write_bytes(to_bytes(tensors, metadata))
 
 
-def load_policy(path: Path, task_hash: str | None = None) -> Policy:
+def load_policy(path: Path, task_hash: str | None = None, mask: np.ndarray | None = None) -> Policy:
     """Read a policy.
 
     Args:
         path: the safetensors file.
         task_hash: hash of the task data it must have been learnt on; any if ``None``.
+        mask: bool ``[n_states, n_actions]``, the task's feasible pairs, which the policy must
+            fit; not looked at if ``None``.
 
     Raises:
         InputError: if the file is missing, damaged, of another schema or for another task, or
-            a field is missing, or has a wrong type, shape or value.
+            a field is missing, or has a wrong type, shape or value; with a mask also if an action
+            is not feasible or not of the largest value, absent where something is feasible, or
+            there where nothing is.
     """
     path = Path(path)
     if not path.is_file():
@@ -126,6 +130,8 @@ def load_policy(path: Path, task_hash: str | None = None) -> Policy:
             f"{path}: field 'seed' must be an integer, is {metadata['seed']!r}"
         ) from None
     _check(path, tensors)
+    if mask is not None:
+        _check_fit(path, tensors["action"], tensors["q"], mask)
     weights = {
         name.removeprefix(_WEIGHT): array
         for name, array in tensors.items()
@@ -161,3 +167,31 @@ def _check(path: Path, tensors: dict[str, np.ndarray]) -> None:
         raise InputError(f"{path}: field 'q' holds NaN")
     if action.size and (action.min() < -1 or action.max() >= q.shape[1]):
         raise InputError(f"{path}: field 'action' must lie in −1…{q.shape[1] - 1}")
+
+
+def _check_fit(path: Path, action: np.ndarray, q: np.ndarray, mask: np.ndarray) -> None:
+    """Refuse a policy whose actions are not those of its values, over the task's feasible pairs."""
+    if q.shape != mask.shape:
+        raise InputError(
+            f"{path}: field 'q' has {q.shape[0]} states and {q.shape[1]} actions, the task has "
+            f"{mask.shape[0]} and {mask.shape[1]}"
+        )
+    n = np.arange(action.size)
+    some = mask.any(axis=1)
+    # What is avoided is −∞ as well, and taken for want of anything else.
+    best = np.where(mask, q, -np.inf).max(axis=1, initial=-np.inf)
+    chosen, is_feasible = q[n, action], mask[n, action]  # of the last action where there is none
+    wrongs = (
+        ((action < 0) & some, "though something is feasible there"),
+        ((action >= 0) & ~some, "where nothing is feasible"),
+        ((action >= 0) & ~is_feasible, "which is not feasible there"),
+        ((action >= 0) & (chosen < best), "though field 'q' gives another action more"),
+    )
+    for wrong, why in wrongs:
+        for state in np.flatnonzero(wrong)[:1]:
+            raise InputError(f"{path}: field 'action' is {action[state]} in state {state}, {why}")
+    for state, infeasible in np.argwhere(~mask & ~np.isneginf(q))[:1]:
+        raise InputError(
+            f"{path}: field 'q' gives a value to action {infeasible} in state {state}, which is "
+            "not feasible there"
+        )

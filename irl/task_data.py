@@ -27,6 +27,7 @@ __all__ = [
     "TaskData",
     "Transitions",
     "load_task",
+    "require_replaceable",
     "save_task",
 ]
 
@@ -73,11 +74,7 @@ def save_task(task: TaskData, folder: Path) -> str:
         OSError: if it cannot be written.
     """
     folder = Path(folder)
-    if folder.exists() and not _is_replaceable(folder):
-        raise InputError(
-            f"{folder}: exists and is not a task data directory alone, so it is not overwritten; "
-            "name another folder"
-        )
+    require_replaceable(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as holder:
         new, old = Path(holder) / "new", Path(holder) / "old"
@@ -93,6 +90,20 @@ def save_task(task: TaskData, folder: Path) -> str:
                 old.rename(folder)
             raise
     return task_hash
+
+
+def require_replaceable(folder: Path) -> None:
+    """Refuse a folder that ``save_task`` would not write to; ask before work that ends in it.
+
+    Raises:
+        InputError: if ``folder`` exists and holds anything but task data.
+    """
+    folder = Path(folder)
+    if folder.exists() and not _is_replaceable(folder):
+        raise InputError(
+            f"{folder}: exists and is not a task data directory alone, so it is not overwritten; "
+            "name another folder"
+        )
 
 
 def _is_replaceable(folder: Path) -> bool:

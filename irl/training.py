@@ -4,14 +4,14 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import torch
 
 from irl.bellman import BellmanTerm
 from irl.checkpoint import Checkpoint, fingerprint, load, restore_rng, rng_state, save
-from irl.choices import check_choice, check_range
+from irl.choices import Limits, Settings, check_choice
 from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
 from irl.optimizers import OPTIMIZERS
@@ -22,33 +22,33 @@ WINDOW = 100  # iterations that the convergence test averages over
 
 
 @dataclass(frozen=True)
-class TrainingConfig:
+class TrainingConfig(Settings):
     """How to climb the likelihood.
 
     The thesis' algorithm is ``sgd`` with ``schedule="none"`` and no Bellman weight.
     """
 
-    iterations: int = 2000
+    iterations: Annotated[int, Limits(0, 10_000_000)] = 2000
     """How many steps are taken at most."""
     optimizer: str = "adam"
     """The optimiser: adam or sgd."""
-    step: float = 1e-3
+    step: Annotated[float, Limits(0, 1e6, open_low=True)] = 1e-3
     """The learning rate α of thesis (3.14), on the mean log-likelihood."""
     schedule: str = "cosine"
     """With cosine the step decays to 0 over the iterations; with none it stays."""
-    beta: float = 30.0
+    beta: Annotated[float, Limits(0, 1e9, open_low=True)] = 30.0
     """The inverse temperature β of (3.19), or where it starts if it is learnt."""
     learn_beta: bool = False
     """Whether β is adjusted with the weights."""
-    tolerance: float = 0.0
+    tolerance: Annotated[float, Limits(0, 1)] = 0.0
     """Training stops once the mean log-likelihood of 100 iterations changes by less; 0 never."""
-    weight_decay: float = 0.0
+    weight_decay: Annotated[float, Limits(0, 1e6)] = 0.0
     """By how much the weights shrink per unit of step (decoupled for adam)."""
-    bellman_weight: float = 0.0
+    bellman_weight: Annotated[float, Limits(0, 1e9)] = 0.0
     """The weight of the Bellman penalty against the mean log-likelihood; 0 in the thesis."""
-    bellman_batch: int = 256
+    bellman_batch: Annotated[int, Limits(1, 10_000_000)] = 256
     """How many states a batch of the penalty has."""
-    bellman_delta: float = 0.01
+    bellman_delta: Annotated[float, Limits(0, 1e9, open_low=True)] = 0.01
     """The deviation of the reward, in units of f, from which on the penalty is linear."""
 
     def __post_init__(self) -> None:
@@ -57,16 +57,9 @@ class TrainingConfig:
         Raises:
             InputError: naming the field and what it may be.
         """
+        super().__post_init__()
         check_choice("optimizer", self.optimizer, OPTIMIZERS)
         check_choice("schedule", self.schedule, SCHEDULES)
-        check_range("iterations", self.iterations, 0)
-        check_range("step", self.step, 0, 1e6, open_low=True)
-        check_range("beta", self.beta, 0, open_low=True)
-        check_range("tolerance", self.tolerance, 0)
-        check_range("weight_decay", self.weight_decay, 0)
-        check_range("bellman_weight", self.bellman_weight, 0)
-        check_range("bellman_batch", self.bellman_batch, 1)
-        check_range("bellman_delta", self.bellman_delta, 0, open_low=True)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from irl.choices import check_choice
 from irl.errors import InputError
 
 DEVICES = ("cpu", "cuda")
+WIDEST = 10_000  # of a layer that settings may ask for: two of them take 400 MB
 CHUNK = 65_536  # states evaluated at a time by ``values``: bounds memory
 ALIGNMENT = 16  # buffers hold a multiple of so many states: 64 bytes, a cache line
 

@@ -20,6 +20,8 @@ from models.task.discretise import nearest_orientation
 from models.task.spaces import GRID_X, GRID_Y, R_WO, decode_states
 
 Label = Hashable
+MOST_TRIALS = 1_000_000
+"""Of a class, that a plan may ask for: more than a year of one processor."""
 _Z = 1.959963984540054  # of a 95 % interval
 
 
@@ -41,10 +43,10 @@ class Plan:
         """Refuse what cannot be planned, by a ModelError that names the field and its choices."""
         if not 0.0 < self.width <= 1.0:
             raise ModelError(f"plan: width is {self.width}; give a share above 0, up to 1")
-        if not 1 <= self.block <= self.least <= self.most:
+        if not 1 <= self.block <= self.least <= self.most <= MOST_TRIALS:
             raise ModelError(
                 f"plan: block {self.block}, least {self.least}, most {self.most}; "
-                "give 1 ≤ block ≤ least ≤ most"
+                f"give 1 ≤ block ≤ least ≤ most ≤ {MOST_TRIALS}"
             )
 
     def wanted(self, labels: Mapping[int, Label]) -> int:

@@ -43,17 +43,24 @@ class TrialConfig:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated, by a ModelError that names the field and its choices."""
-        for name in ("time_step", "close_s", "settle_s", "release_s"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise ModelError(f"trial: {name} is {getattr(self, name)}; give seconds above 0")
-        for name in ("position_sd", "yaw_sd", "tilt_sd", "rest_limit_s"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ModelError(f"trial: {name} is {getattr(self, name)}; give 0 or more")
-        for name in ("friction", "mass"):
-            low, high = getattr(self, name)
-            if not 0.0 < low <= high < math.inf:
+        limits = {"time_step": 0.1, "close_s": 60.0, "settle_s": 60.0, "release_s": 60.0}
+        for name, most in limits.items():
+            if not 0.0 < getattr(self, name) <= most:
                 raise ModelError(
-                    f"trial: {name} is {low}, {high}; give two numbers above 0, the lower first"
+                    f"trial: {name} is {getattr(self, name)}; give seconds above 0, up to {most:g}"
+                )
+        limits = {"position_sd": 1.0, "yaw_sd": math.pi, "tilt_sd": math.pi, "rest_limit_s": 600.0}
+        for name, most in limits.items():
+            if not 0.0 <= getattr(self, name) <= most:
+                raise ModelError(
+                    f"trial: {name} is {getattr(self, name)}; give 0 or more, up to {most:g}"
+                )
+        for name, most in {"friction": 10.0, "mass": 100.0}.items():
+            low, high = getattr(self, name)
+            if not 0.0 < low <= high <= most:
+                raise ModelError(
+                    f"trial: {name} is {low}, {high}; give two numbers above 0 and up to "
+                    f"{most:g}, the lower first"
                 )
 
 

@@ -7,14 +7,14 @@ Peers, the packages compared with, live in a virtual environment of their own, w
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from tqdm import tqdm
 
 from experiments.bench import kinematics, learning, max_ent, trials
 from experiments.bench.comparison import Peers, Row
 from experiments.kit.command import Output
-from irl.choices import check_choice
+from irl.choices import Members, Settings
 
 SUBJECTS: dict[str, Callable[[Peers, int], list[Row]]] = {
     "kinematics": kinematics.rows,
@@ -25,10 +25,10 @@ SUBJECTS: dict[str, Callable[[Peers, int], list[Row]]] = {
 
 
 @dataclass
-class Config:
+class Config(Settings):
     """Time our work and the alternatives' on the same inputs."""
 
-    subjects: tuple[str, ...] = tuple(SUBJECTS)
+    subjects: Annotated[tuple[str, ...], Members(tuple(SUBJECTS))] = tuple(SUBJECTS)
     """Which subjects are compared."""
     peers: Path = Peers().python
     """The Python interpreter of the environment that has the packages compared with."""
@@ -40,8 +40,6 @@ class Config:
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Run the chosen subjects one after the other; print and tabulate."""
-    for subject in config.subjects:
-        check_choice("subjects", subject, SUBJECTS)
     peers = Peers(config.peers)
     peers.require()
     rows: list[Row] = []

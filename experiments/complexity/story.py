@@ -31,7 +31,7 @@ from importlib.metadata import version
 from math import isqrt
 from pathlib import Path
 from time import process_time
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import torch
@@ -50,7 +50,7 @@ from experiments.kit.kept_rows import KeptRows
 from experiments.kit.options import about
 from irl.baselines.birl import SamplingConfig
 from irl.baselines.differentiable_planning import Planner
-from irl.choices import check_choice, check_range
+from irl.choices import Limits, Members, Settings
 from irl.demonstrations import Demonstrations
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
@@ -67,18 +67,23 @@ TOLERANCE = {  # largest error of V, for methods that search for it
 
 
 @dataclass
-class Config:
+class Config(Settings):
     """Time one iteration of every method on grids of growing size."""
 
-    states: tuple[int, ...] = (*PUBLISHED_STATES, 10_201, 40_401, 100_489)
+    states: Annotated[tuple[int, ...], Limits(0, 1_002_001, some=True)] = (
+        *PUBLISHED_STATES,
+        10_201,
+        40_401,
+        100_489,
+    )
     """The sizes of the grids in states, each the square of a side of 3 or more."""
-    methods: tuple[str, ...] = tuple(METHODS)
+    methods: Annotated[tuple[str, ...], Members(tuple(METHODS))] = tuple(METHODS)
     """Which methods are timed."""
-    gamma: float = 0.99
+    gamma: Annotated[float, Limits(0, 0.9999)] = 0.99
     """The discount factor of all methods that have one."""
-    rounds: int = 7
+    rounds: Annotated[int, Limits(1, 1_000_000)] = 7
     """How many turns each method has on each grid."""
-    budget: float = 3.0
+    budget: Annotated[float, Limits(0, 1e6, open_low=True)] = 3.0
     """For how many seconds a method is timed on a grid, before its last iteration.
     One that needs more for a single iteration is skipped on larger grids."""
     seed: int = 0
@@ -174,25 +179,8 @@ def setting() -> dict[str, Any]:
     }
 
 
-def check(config: Config) -> None:
-    """Refuse what cannot be run.
-
-    Raises:
-        InputError: naming the option.
-    """
-    for name in ("states", "methods"):
-        if not getattr(config, name):
-            raise InputError(f"{name}: at least one value is needed")
-    for name in config.methods:
-        check_choice("methods", name, METHODS)
-    check_range("gamma", config.gamma, 0.0, 0.9999)
-    check_range("rounds", config.rounds, 1)
-    check_range("budget", config.budget, 0.0, open_low=True)
-
-
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Time every method on every grid, smallest first; fit and plot the growth."""
-    check(config)
     with about("states"):
         worlds = [grid(states) for states in sorted(set(config.states))]
     torch.set_num_threads(1)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from tqdm import tqdm
@@ -10,7 +11,7 @@ from tqdm import tqdm
 from experiments.grasping.teacher import GraspTeacher
 from irl.active import ActiveConfig, Progress, Result, active_fa_mlirl
 from irl.active_state import training_files
-from irl.choices import check_range
+from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.files import atomic_path
@@ -30,14 +31,14 @@ CHECKPOINT, CURVE = "learning.checkpoint", "learning_curve.json"
 
 
 @dataclass(frozen=True)
-class LearningConfig:
+class LearningConfig(Settings):
     """Algorithm 4.1 on the grasping task."""
 
     features: str = "rotation"
     """Which features of the task data the network sees: rotation or thesis."""
-    demonstrations: int = THESIS_DEMONSTRATIONS
+    demonstrations: Annotated[int, Limits(1, N_STATES)] = THESIS_DEMONSTRATIONS
     """How many distinct states are demonstrated before the first query."""
-    least_purity: float = 0.95
+    least_purity: Annotated[float, Limits(0, 1)] = 0.95
     """A generalisation rule is left out if a smaller share of its labels is right."""
     active: ActiveConfig = field(
         default_factory=lambda: ActiveConfig(
@@ -113,7 +114,6 @@ def learn(
     Raises:
         InputError: if the task data lack the features, or ``folder`` keeps other work.
     """
-    check_range("least_purity", config.least_purity, 0.0, 1.0)
     if config.features not in task.features:
         raise InputError(
             f"features '{config.features}' are not in the task data; "
@@ -173,10 +173,37 @@ def forget(folder: Path) -> None:
 
 
 def _read_curve(path: Path) -> list[CurvePoint]:
-    try:
-        return [CurvePoint(**point) for point in read_json(path)["points"]]
-    except (TypeError, KeyError) as error:
-        raise InputError(f"{path}: not a learning curve ({error}); delete it") from error
+    """What an interrupted run kept of its curve.
+
+    Raises:
+        InputError: naming the point and field that no run could have written.
+    """
+    kept = read_json(path)
+    points = kept.get("points") if isinstance(kept, dict) else None
+    if not isinstance(points, list):
+        raise InputError("field 'points' must be a list; delete the file", place=str(path))
+    wanted = {
+        "query": (int, 0, float("inf")),
+        "demonstrated": (int, 1, float("inf")),
+        "success": (float, 0, 1),
+        "accuracy_optimal_all": (float, 0, 1),
+    }
+    curve: list[CurvePoint] = []
+    for number, point in enumerate(points):
+        place = f"{path}: point {number}"
+        if not isinstance(point, dict) or point.keys() != wanted.keys():
+            raise InputError(
+                f"must have the fields {', '.join(wanted)} alone; delete the file", place=place
+            )
+        for name, (kind, low, high) in wanted.items():
+            if type(point[name]) is not kind or not low <= point[name] <= high:
+                raise InputError(
+                    f"field '{name}' is {point[name]!r:.40}; delete the file", place=place
+                )
+        if curve and point["query"] <= curve[-1].query:
+            raise InputError("field 'query' must grow; delete the file", place=place)
+        curve.append(CurvePoint(**point))
+    return curve
 
 
 class _Bars:

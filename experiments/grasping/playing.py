@@ -17,7 +17,7 @@ from irl.errors import InputError
 from irl.task_data import TaskData
 from models.motion.planner import ActionPlanner
 from models.task import words
-from models.task.spaces import Action
+from models.task.spaces import N_FREE, Action
 from models.task.tables import describe_state
 
 PAUSE = 1.0
@@ -30,25 +30,22 @@ def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) ->
     """Draw start states that are not goals, without repetition.
 
     Raises:
-        InputError: if ``number`` is below ``at_least`` or above what there is.
+        InputError: if ``number`` is below ``at_least`` or above what there is, or the task has
+            start states that the robot cannot be put in.
     """
     pool = np.setdiff1d(task.start_states, task.goal_states)
+    held = pool[pool >= N_FREE]
+    if number and held.size:
+        raise InputError(
+            f"--task: task.json: field 'start_states' holds {held[0]}, where the cube is not free; "
+            f"an episode starts in one of 0…{N_FREE - 1}"
+        )
     if not at_least <= number <= pool.size:
         raise InputError(
             f"--starts: must be ≥ {at_least} and ≤ {pool.size}, the number of the task's start "
             f"states, is {number}"
         )
     return np.random.default_rng(seed).choice(pool, number, replace=False)
-
-
-def check_max_actions(number: int) -> None:
-    """Refuse an episode without actions.
-
-    Raises:
-        InputError: if ``number`` is below 1.
-    """
-    if number < 1:
-        raise InputError(f"--max-actions: must be ≥ 1, is {number}")
 
 
 def play_episodes(

@@ -3,10 +3,11 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
+from irl.choices import Limits, Settings
 from irl.collection import initial_demonstrations
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator, OracleExpert, RecordedDemonstrator
@@ -19,7 +20,7 @@ from models.task.spaces import LOST
 
 
 @dataclass(frozen=True)
-class TeacherConfig:
+class TeacherConfig(Settings):
     """Who demonstrates, and the hidden reward of the simulated mind, in units of the goal's."""
 
     demonstrator: Literal["oracle", "recorded"] = "oracle"
@@ -27,17 +28,17 @@ class TeacherConfig:
     The expert, and what the policy is judged by, are the simulated mind's either way."""
     recording: Path | None = None
     """The recording: a CSV file with the columns of demonstrations.csv in the task data."""
-    action_cost: float = 0.01
+    action_cost: Annotated[float, Limits(0, 1)] = 0.01
     """What each action costs."""
-    discomfort: float = 0.05
+    discomfort: Annotated[float, Limits(0, 10)] = 0.05
     """What it costs to enter a pose that §5.10.1 calls less comfortable."""
-    surprise: float = 0.5
+    surprise: Annotated[float, Limits(0, 10)] = 0.5
     """What an action costs, times the probability that its likeliest outcome does not come.
     A turn that leaves the cube halfway between two orientations is such a toss-up.
     A person would not show it: what follows is not what the state's name says."""
-    tolerance: float = 0.005
+    tolerance: Annotated[float, Limits(0, 1, open_low=True, open_high=True)] = 0.005
     """Two actions are equally good if their values differ by less; half an action's cost."""
-    label_noise: float = 0.0
+    label_noise: Annotated[float, Limits(0, 1)] = 0.0
     """The probability that a demonstrated label is wrong."""
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from experiments.gridworld.learning import Settings
+from experiments.gridworld.learning import Learning
 from experiments.kit.executors import Mapper, run_all
 from irl.active import ActiveConfig, Progress, active_fa_mlirl
 from irl.collection import mislabel
@@ -97,7 +97,7 @@ class HardLesson:
     queries: int
     state_query: str
     seed: int
-    settings: Settings
+    settings: Learning
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def hard_rows(
     queries: int,
     state_query: str,
     seeds: Sequence[int],
-    settings: Settings,
+    settings: Learning,
     over: Mapper,
 ) -> tuple[list[dict[str, Any]], list[Judged]]:
     """Every case with every kind of help: what ``result.json`` says, and the first seed's story."""

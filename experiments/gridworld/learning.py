@@ -17,7 +17,7 @@ EVALUATED_CELLS = 1_000_000  # between the two, so many cells a curve
 
 
 @dataclass(frozen=True)
-class Settings:
+class Learning:
     """How every network learns: one rule for all grids, goals and trajectories."""
 
     iterations: int
@@ -38,7 +38,7 @@ class Lesson:
     world: GridWorld
     trajectories: str
     seed: int
-    settings: Settings
+    settings: Learning
     additive: bool = False
     state_preferences: bool = False
 

@@ -8,15 +8,15 @@ step knows where the goal is. With ``--hard`` come the cases that this recipe fa
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from experiments.gridworld.hard import cases, hard_rows
 from experiments.gridworld.learning import (
+    Learning,
     Lesson,
     Run,
-    Settings,
     learn,
     policy_of,
 )
@@ -29,26 +29,29 @@ from experiments.gridworld.plots import (
     plot_times,
 )
 from experiments.kit.command import Output
-from experiments.kit.executors import Mapper, mapper, run_all
-from experiments.kit.options import about
-from irl.choices import check_choice, check_range
+from experiments.kit.executors import MOST_WORKERS, Mapper, mapper, run_all
+from experiments.kit.options import LARGEST_SEED, about
+from irl.choices import Limits, Settings, check_choice
 from irl.domains.gridworld import GridWorld, goal_cell
 from irl.errors import InputError
 from irl.preferences import StatePreferences
 from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES
+from irl.vr_function import WIDEST
 
+WIDEST_GRID = 1001
+"""Cells a side; a million states take a gigabyte and, to judge a policy, seconds."""
 PUBLISHED = {7: 0.0106, 25: 0.0377, 35: 0.0541, 101: 0.0845}
 """Seconds an iteration by side, thesis Table 6.2; 2000 iterations, on unnamed hardware."""
 
 
 @dataclass
-class Config:
+class Config(Settings):
     """Learn grid-world policies from four corner-to-goal trajectories."""
 
-    sizes: tuple[int, ...] = (7, 25)
+    sizes: Annotated[tuple[int, ...], Limits(0, WIDEST_GRID, some=True)] = (7, 25)
     """The sides of the grids in cells, odd if the goal is at the centre.
     The thesis also has 35 and 101."""
-    seeds: tuple[int, ...] = (0, 1, 2)
+    seeds: Annotated[tuple[int, ...], Limits(-LARGEST_SEED, LARGEST_SEED, some=True)] = (0, 1, 2)
     """The seeds: of each there is one run per size."""
     seed: int = 0
     """A number that is added to each of the seeds."""
@@ -60,35 +63,35 @@ class Config:
     """Whether the goal is preferred and the limits are avoided, ±20 % of the learnt value."""
     additive: bool = True
     """Whether additive networks, tanh(g(x) + h(y)), are trained too; reported as rows_additive."""
-    iterations: int = 2000
+    iterations: Annotated[int, Limits(1, 10_000_000)] = 2000
     """How many iterations the training has."""
-    step: float = 1e-3
+    step: Annotated[float, Limits(0, 1e6, open_low=True)] = 1e-3
     """The step of Adam, which decays to 0 on a cosine."""
-    beta_per_cell: float = 10.0
+    beta_per_cell: Annotated[float, Limits(0, 1e6, open_low=True)] = 10.0
     """The inverse temperature per cell of the side: by default β = 10 n."""
-    hidden: tuple[int, ...] = (32, 32)
+    hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (32, 32)
     """The widths of the hidden layers."""
     hard: bool = False
     """Whether to learn the hard cases: a goal at a corner, walls, wrong actions, unseen parts."""
-    hard_size: int = 25
+    hard_size: Annotated[int, Limits(5, WIDEST_GRID)] = 25
     """The side of the hard cases in cells, odd."""
-    hard_seeds: int = 10
+    hard_seeds: Annotated[int, Limits(1, 1_000_000)] = 10
     """How many runs there are of each hard case and kind of help, from the seed on."""
-    wrong: tuple[float, ...] = (0.1, 0.3)
+    wrong: Annotated[tuple[float, ...], Limits(0, 1)] = (0.1, 0.3)
     """Which shares of the demonstrated actions are wrong in the hard cases of that kind."""
-    queries: int = 8
+    queries: Annotated[int, Limits(0, 1_000_000)] = 8
     """How many queries help in the hard cases that have them, each answered with a trajectory."""
     state_query: str = "visitation_entropy"
     """Which state a query is about: a name in irl.queries.STATE_STRATEGIES without a committee."""
-    workers: int = 1
+    workers: Annotated[int, Limits(1, MOST_WORKERS)] = 1
     """How many processes; the results do not depend on it, times may."""
     out: Path = field(default_factory=lambda: Path("out/gridworld"))
     """The folder that the results are written to."""
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> Learning:
         """How every network learns."""
-        return Settings(self.iterations, self.step, self.beta_per_cell, self.hidden)
+        return Learning(self.iterations, self.step, self.beta_per_cell, self.hidden)
 
 
 def row(world: GridWorld, config: Config, runs: list[Run]) -> dict[str, Any]:
@@ -118,16 +121,8 @@ def checked_worlds(config: Config) -> list[GridWorld]:
     Raises:
         InputError: naming the setting that is not.
     """
-    for name in ("sizes", "seeds"):
-        if not getattr(config, name):
-            raise InputError(f"{name}: at least one value is needed")
-    for name, low in (("iterations", 1), ("workers", 1), ("hard_seeds", 1), ("queries", 0)):
-        check_range(name, getattr(config, name), low)
-    check_range("hidden", min(config.hidden, default=1), 1)
     if config.seed + min(config.seeds) < 0:
         raise InputError(f"seeds: with --seed added, all must be ≥ 0, are {config.seeds}")
-    for share in config.wrong:
-        check_range("wrong", share, 0, 1)
     check_choice("state_query", config.state_query, STATE_STRATEGIES.keys() - COMMITTEE_STRATEGIES)
     with about("sizes"):
         worlds = [GridWorld(n, goal_cell(n, config.goal)) for n in config.sizes]

@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import yaml
 
-from experiments.kit.options import OptionError, name_option, parse
-from irl.errors import InputError
+from experiments.kit.interruption import INTERRUPTED, interrupt_as_usual
+from experiments.kit.options import LARGEST_SEED, OptionError, name_option, parse
+from experiments.kit.running import alone_in
+from irl.choices import check_range
+from irl.errors import InputError, first_line
 from irl.files import atomic_path
 from models.errors import ModelError
 
@@ -115,26 +118,35 @@ def execute(
     """Run a command as a person does: parse, work, leave ``config.yaml`` and ``result.json``.
 
     ``main(config, output)`` returns what goes into ``result.json``. A mistake of the user
-    ends in one line on stderr and exit code 2; a defect of ours keeps its traceback.
+    ends in one line on stderr and exit code 2; a defect of ours keeps its traceback; Ctrl-C ends it
+    without a word and exit code 130. Only one command at a time works in a folder, but for those
+    whose configuration has a true ``looks_on``, which only tell what others did.
     """
+    interrupt_as_usual()
     try:
         config = parse(config_type, arguments)
     except OptionError as error:
         raise _fail(str(error)) from None
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
     try:
-        if getattr(config, "seed", 0) < 0:
-            raise InputError(f"--seed: must be ≥ 0, is {config.seed}")  # type: ignore[attr-defined]
+        check_range("--seed", getattr(config, "seed", 0), 0, LARGEST_SEED)
         output = Output(config.out, config)  # type: ignore[attr-defined]
+        looks_on = getattr(config, "looks_on", False)
         try:
-            result = main(config, output)
-        except (InputError, ModelError):
+            with contextlib.nullcontext() if looks_on else alone_in(output.folder):
+                result = main(config, output)
+                output.write_config()
+                output.write_result(result)
+        except BaseException:
             output.discard()
             raise
-        output.write_config()
-        output.write_result(result)
     except (InputError, ModelError) as error:
         raise _fail(name_option(str(error), type(config))) from None
     except OSError as error:
         raise _fail(f"{error.filename or 'input or output'}: {error.strerror or error}") from error
+    except MemoryError as error:
+        told = f" ({first_line(error)})" if str(error) else ""
+        raise _fail(f"not enough memory{told}; choose less of what needs it") from error
     except KeyboardInterrupt:
-        raise SystemExit(130) from None
+        raise SystemExit(INTERRUPTED) from None

@@ -5,6 +5,7 @@ forked process do not agree, and they end with the process that started them, ho
 """
 
 import os
+import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor
@@ -12,10 +13,11 @@ from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context, parent_process
+from multiprocessing import parent_process, resource_tracker
 from multiprocessing.connection import wait
+from multiprocessing.context import SpawnContext, SpawnProcess
 from threading import Thread
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from tqdm import tqdm
 
@@ -24,6 +26,8 @@ from irl.errors import InputError
 Job = TypeVar("Job")
 Outcome = TypeVar("Outcome")
 
+MOST_WORKERS = 1000
+"""Processes that a command may start here; more are asked of a cluster."""
 AHEAD = 2
 """Jobs submitted per worker: one runs, one waits, so that none idles and little is lost."""
 CONNECT_S = 10
@@ -62,12 +66,14 @@ def start_workers(workers: int, cluster: str = "") -> Iterator[Workers]:
         with _dask(cluster) as running:
             yield running
         return
-    with ProcessPoolExecutor(
-        workers, mp_context=get_context("spawn"), initializer=_end_with_parent
-    ) as pool:
+    context = _Undisturbed()
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
         try:
             yield Workers(pool, lambda: workers)
-        except BrokenProcessPool as error:
+        except BaseException as error:
+            context.end()  # nobody waits for what they are at
+            if not isinstance(error, BrokenProcessPool):
+                raise
             raise InputError(
                 "a worker process died, perhaps for lack of memory; give fewer workers to the "
                 "same command, which keeps what was saved",
@@ -134,6 +140,38 @@ def run_jobs(
             yield job, outcome
 
 
+class _Worker(SpawnProcess):
+    """A process that Ctrl-C does not reach, though it does all that share a terminal."""
+
+    def start(self) -> None:
+        """Start with the interrupt blocked; what starts inherits that, and never learns of it."""
+        resource_tracker.ensure_running()  # would unblock it
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Undisturbed(SpawnContext):
+    """Spawns processes that only the one that started them ends."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._started: list[_Worker] = []
+
+    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]
+        worker = _Worker(*args, **options)
+        self._started.append(worker)
+        return worker
+
+    def end(self) -> None:
+        """End all at once."""
+        for worker in self._started:
+            if worker.pid is not None:
+                worker.kill()
+
+
 def _end_with_parent() -> None:
     """End this process when the one that started it is killed, rather than wait for it forever."""
     parent = parent_process()
@@ -151,9 +189,7 @@ def _dask(address: str) -> Iterator[Workers]:
     try:
         from distributed import Client, KilledWorker  # noqa: PLC0415 - an optional extra
     except ImportError as error:
-        raise InputError(
-            "--cluster: needs dask.distributed; pip install 'active-advice-irl[cluster]'"
-        ) from error
+        raise InputError("--cluster: needs dask.distributed; pip install '.[cluster]'") from error
     try:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:

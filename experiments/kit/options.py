@@ -17,6 +17,8 @@ from irl.errors import InputError
 
 Config = TypeVar("Config")
 
+LARGEST_SEED = 2**32 - 1
+
 _FRAME = re.compile(r"\x1b\[[0-9;]*m|[╭╮╰╯│]")
 _RULE = re.compile(r"[─-]{3,}")  # hyphens where a terminal has no frames
 _HINT = "Perhaps you meant:"
@@ -107,7 +109,9 @@ def _message(box: str, config_type: Any) -> str:
     told = " ".join(sections[0].split()).rstrip(".")
     if nested := _NESTED.match(told):
         group, told = nested[1], told[nested.end() :]
-        group = "" if group == getattr(config_type, "__name__", None) else group
+        for member in _members(config_type):
+            if group == member.__name__:  # of one subcommand, or of all options
+                config_type, group = member, ""
         is_option = group.startswith("-")
         told = f"{group}: {told}" if is_option else name_option(told, config_type, group)
     for pattern, words in _PLAIN:
@@ -121,18 +125,27 @@ def _message(box: str, config_type: Any) -> str:
     return f"{told}; for help: {program()} --help"
 
 
+def _members(config_type: Any) -> Iterator[type]:
+    """A dataclass of options by itself, or all those of a union."""
+    if typing.get_origin(config_type) in (typing.Union, types.UnionType):
+        for member in typing.get_args(config_type):
+            yield from _members(member)
+    elif typing.get_origin(config_type) is Annotated:
+        yield from _members(typing.get_args(config_type)[0])
+    else:
+        yield config_type
+
+
 def _paths(config_type: Any, above: str = "") -> Iterator[str]:
     """Every option of a dataclass as a dotted path of fields; of a union, of all its members."""
-    origin = typing.get_origin(config_type)
-    if origin in (typing.Union, types.UnionType):
-        yield from dict.fromkeys(p for m in typing.get_args(config_type) for p in _paths(m, above))
-    elif origin is Annotated:
-        yield from _paths(typing.get_args(config_type)[0], above)
-    elif dataclasses.is_dataclass(config_type):
-        hints = typing.get_type_hints(config_type)
-        for field in dataclasses.fields(config_type):
-            path = f"{above}{field.name}"
-            if dataclasses.is_dataclass(hints[field.name]):
-                yield from _paths(hints[field.name], f"{path}.")
-            else:
-                yield path
+    members = list(_members(config_type))
+    if len(members) > 1:
+        yield from dict.fromkeys(path for member in members for path in _paths(member, above))
+        return
+    hints = typing.get_type_hints(members[0])
+    for field in dataclasses.fields(members[0]):
+        path = f"{above}{field.name}"
+        if dataclasses.is_dataclass(hints[field.name]):
+            yield from _paths(hints[field.name], f"{path}.")
+        else:
+            yield path

@@ -4,18 +4,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from experiments.kit.command import Output
+from experiments.kit.executors import MOST_WORKERS
 from experiments.kit.shipped_data import FEASIBILITY, MAP, save_feasibility
 from experiments.reachability import gen3_lite as gen3_lite_map
 from experiments.reachability import workspace_run
 from experiments.reachability.workspace_plots import plot_slices, write_scene
-from irl.choices import check_choice, check_range
+from irl.choices import Limits, Settings, check_choice
 from models.inverse_kinematics.solution import IkSolution
 from models.inverse_kinematics.solver import IkSolver
 from models.maps import reachability, workspace_audit, workspace_csv
@@ -30,24 +31,24 @@ from models.task.spaces import GRIPPER_NAMES, POSITIONS
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(Settings):
     """Build the reachability map, and plan every action at the middles of the cells."""
 
     robot: Literal["gen3", "gen3_lite"] = "gen3"
     """Which arm is meant; the Gen3 Lite has the thesis' grid only."""
     grid: Literal["thesis", "workspace"] = "thesis"
     """Which poses are tried: the task's own with those of its motions, or voxels all around."""
-    low: tuple[float, float, float] = Grid.low
+    low: Annotated[tuple[float, float, float], Limits(-10, 10)] = Grid.low
     """On the workspace grid: the centre of the first voxel (x, y, z) [m]."""
-    high: tuple[float, float, float] = Grid.high
+    high: Annotated[tuple[float, float, float], Limits(-10, 10)] = Grid.high
     """On the workspace grid: the centre of the last voxel [m]."""
-    spacing: float = Grid.spacing
+    spacing: Annotated[float, Limits(0.001, 10)] = Grid.spacing
     """On the workspace grid: the edge of a voxel [m]."""
-    margin: float = MARGIN
+    margin: Annotated[float, Limits(0, 0.02)] = MARGIN
     """On the workspace grid: the smallest distance allowed between the arm and other things [m]."""
-    workers: int = 1
+    workers: Annotated[int, Limits(1, MOST_WORKERS)] = 1
     """On the workspace grid: how many processes; the map is the same whatever their number."""
-    audit: int = 0
+    audit: Annotated[int, Limits(0, 100_000_000)] = 0
     """On the workspace grid: how many random poses Drake alone checks the map with; 0 for none."""
     seed: int = 0
     """The seed of the random starting points of inverse kinematics, and of the audit."""
@@ -65,9 +66,6 @@ def main(config: Config, output: Output) -> dict[str, Any]:
 
 def workspace(config: Config, output: Output) -> dict[str, Any]:
     """Decide every pose of the grid, draw the map, and audit it if wanted."""
-    check_range("workers", config.workers, 1)
-    check_range("audit", config.audit, 0)
-    check_range("margin", config.margin, 0.0, 0.02)
     plan = workspace_run.Plan(Grid(config.low, config.high, config.spacing), config.margin)
     chunks = output.folder / "chunks"
     began = perf_counter()

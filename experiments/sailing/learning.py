@@ -18,7 +18,7 @@ import numpy as np
 
 from irl.advice import Advice
 from irl.baselines.ascent import RidgeConfig, ridge_ascend
-from irl.choices import Limits, Settings, check_range
+from irl.choices import Limits, Settings
 from irl.collection import demonstrate, mislabel
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert
@@ -186,33 +186,33 @@ def ask(
 class Plan(Settings):
     """What every seed does."""
 
-    size: int = 6
+    size: Annotated[int, Limits(2, 100)] = 6
     """The lake's side in waypoints; a state is a waypoint, a wind and a tack: 24 n² of them."""
-    delay: float = 3.0
+    delay: Annotated[float, Limits(0, 1e6)] = 3.0
     """How many minutes a change between port and starboard tack takes."""
     gamma: Annotated[float, Limits(0, 0.999)] = 0.95
     """The discount factor of a leg; nearer to 1, evaluations would not end in good time."""
-    demonstrations: Annotated[int, Limits(1)] = 2
+    demonstrations: Annotated[int, Limits(1, 1_000_000)] = 2
     """With how many optimal trajectories from random starts the learner begins."""
-    objective_queries: Annotated[int, Limits(1)] = 24
+    objective_queries: Annotated[int, Limits(1, 1_000_000)] = 24
     """How many queries at most where advice is in the objective; elsewhere, one for each state."""
-    advise_queries: Annotated[int, Limits(0)] = 0
+    advise_queries: Annotated[int, Limits(0, 1_000_000)] = 0
     """How many queries ADVISE puts, which plans for each reward that it tries; 0 leaves it out."""
-    birl_queries: Annotated[int, Limits(0)] = 0
+    birl_queries: Annotated[int, Limits(0, 1_000_000)] = 0
     """How many states Bayesian IRL asks about, planning for many rewards; 0 leaves it out."""
-    qualities: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25, 0.0)
+    qualities: Annotated[tuple[float, ...], Limits(0, 1, some=True)] = (1.0, 0.75, 0.5, 0.25, 0.0)
     """Which shares of the states keep their place in the ideal clustering; the ideal, 1, first."""
-    noise: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+    noise: Annotated[tuple[float, ...], Limits(0, 1, some=True)] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
     """Which shares of the demonstrated labels are wrong."""
-    noise_demonstrations: Annotated[int, Limits(1)] = 8
+    noise_demonstrations: Annotated[int, Limits(1, 1_000_000)] = 8
     """How many trajectories there are with noise, enough to do well without advice or noise."""
-    noise_queries: Annotated[int, Limits(1)] = 20
+    noise_queries: Annotated[int, Limits(1, 1_000_000)] = 20
     """How many queries there are with noise, each about the most uncertain cluster."""
-    prefer_share: float = 0.5
+    prefer_share: Annotated[float, Limits(0, 1)] = 0.5
     """An action optimal in at least this share of a cluster is preferred."""
-    avoid_share: float = 0.0
+    avoid_share: Annotated[float, Limits(0, 1)] = 0.0
     """An action optimal in at most this share of a cluster is avoided."""
-    l2: Annotated[float, Limits(0, open_low=True)] = 0.1
+    l2: Annotated[float, Limits(0, 1e9, open_low=True)] = 0.1
     """The price of |θ|² / 2 against the log-likelihood of the labels."""
 
     def __post_init__(self) -> None:
@@ -222,11 +222,6 @@ class Plan(Settings):
             InputError: naming the field.
         """
         super().__post_init__()
-        for name in ("qualities", "noise"):
-            if not getattr(self, name):
-                raise InputError("at least one value is needed", place=name)
-            for value in getattr(self, name):
-                check_range(name, value, 0, 1)
         if self.qualities[0] != 1:
             raise InputError(
                 f"the first must be 1, the ideal, is {self.qualities[0]}", place="qualities"

@@ -38,7 +38,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from experiments.kit.command import Output
-from experiments.kit.executors import run_all, start_workers
+from experiments.kit.executors import MOST_WORKERS, run_all, start_workers
 from experiments.sailing.learning import (
     NOISE_CURVES,
     STRATEGIES,
@@ -67,13 +67,13 @@ LAKE_WIND = DIRECTIONS.index("SE")  # in the picture: across the way to the goal
 class Config(Plan):
     """Seek advice about sailing, and count the questions."""
 
-    seeds: Annotated[int, Limits(2)] = 20
+    seeds: Annotated[int, Limits(2, 1_000_000)] = 20
     """How many independent runs there are: other demonstrations, queries and ties."""
     seed: int = 0
     """The first of their seeds."""
     target: Annotated[float, Limits(0, 1)] = 0.95
     """The performance whose price in queries is reported."""
-    workers: Annotated[int, Limits(1)] = 2
+    workers: Annotated[int, Limits(1, MOST_WORKERS)] = 2
     """How many processes; the results do not depend on it."""
     out: Path = field(default_factory=lambda: Path("out/sailing"))
     """The folder that the results are written to."""

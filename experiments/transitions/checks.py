@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from diagrams.trials.record import Pair, Trial
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
 from experiments.kit.kept_rows import KeptRows
+from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import (
     MAP,
     SHIPPED_ROBOT,
@@ -46,9 +47,8 @@ from experiments.transitions.sensitivity import (
     summarise,
 )
 from experiments.transitions.validation import draw_pairs, plot_validation, print_scores, scores
-from irl.choices import check_range
+from irl.choices import Limits
 from irl.files import sha256
-from irl.task_data import load_task
 from models.scenes.parsing import STATION_FILES, description_hash
 from models.task.spaces import Kind
 from models.task.trial_classes import trial_classes
@@ -62,7 +62,7 @@ class Validate(Running):
     """The folder of the task data that have the model."""
     rig: Literal["arm", "floating"] = ARM
     """What runs the trials: the whole station as the robot would, or the floating gripper."""
-    trials: int = 600
+    trials: Annotated[int, Limits(len(Kind), 100_000)] = 600
     """How many pairs are drawn, a quarter of each kind of action."""
     campaign: Path | None = None
     """The database that the model was made from; if given, thesis 5.9.1 is judged as well."""
@@ -80,7 +80,7 @@ class Rules(Running):
 
     campaign: Path = SHIPPED_TRIALS
     """The database of the trials that the rules carry over."""
-    trials: int = 60
+    trials: Annotated[int, Limits(1, 100_000)] = 60
     """How many pairs are drawn for each rule."""
     database: Path = Path("out/transitions/rules.db")
     """The SQLite file of these trials; made if it is missing."""
@@ -94,7 +94,7 @@ class Rules(Running):
 class Sensitivity(Running):
     """Find out which outcomes change with the solver's step and with friction."""
 
-    repetitions: int = 4
+    repetitions: Annotated[int, Limits(1, 100_000)] = 4
     """How many trials each class has in each variant.
     They have the same noise in each, so that they are compared trial by trial."""
     databases: Path = Path("out/sensitivity/trials")
@@ -111,9 +111,9 @@ class Sensitivity(Running):
 class Releases(Running):
     """Let go of a cube that hangs turned, from level to the next face."""
 
-    angles: tuple[float, ...] = tuple(range(0, 91, 5))
+    angles: Annotated[tuple[float, ...], Limits(-360, 360, some=True)] = tuple(range(0, 91, 5))
     """By how many degrees the cube is turned about the closing axis."""
-    repetitions: int = 12
+    repetitions: Annotated[int, Limits(1, 100_000)] = 12
     """How many trials there are of each angle and height."""
     seed: int = 0
     """The seed that every trial's own seed is derived from."""
@@ -131,9 +131,7 @@ def run_pairs(config: Validate | Rules, campaign: Campaign, pairs: Iterable[Pair
 
 def validate(config: Validate, output: Output) -> dict[str, Any]:
     """Compare the model with trials of pairs drawn at random."""
-    check_range("--trials", config.trials, len(Kind))
-    config.check()
-    model = to_entries(load_task(config.task).transitions)
+    model = to_entries(load_robot_task(config.task).transitions)
     campaign = floating_campaign(config.trial, config.seed)
     if config.rig == ARM:
         models, map_hash = description_hash(STATION_FILES), sha256(SHIPPED_ROBOT / MAP)
@@ -156,8 +154,6 @@ def validate(config: Validate, output: Output) -> dict[str, Any]:
 
 def rules(config: Rules, output: Output) -> dict[str, Any]:
     """Try pairs that follow from a campaign by one rule alone."""
-    check_range("--trials", config.trials, 1)
-    config.check()
     classes, feasible = trial_classes(), load_feasibility().mask()
     found = find_rules(feasible, list(TrialDatabase(config.campaign).trials()), classes)
     rng = np.random.default_rng(config.seed)
@@ -173,8 +169,6 @@ def rules(config: Rules, output: Output) -> dict[str, Any]:
 
 def sensitivity(config: Sensitivity, output: Output) -> dict[str, Any]:
     """Run the variants and tabulate what changes between them."""
-    check_range("--repetitions", config.repetitions, 1)
-    config.check()
     classes = trial_classes()
     numbers = sample_classes(
         classes,
@@ -201,9 +195,6 @@ def sensitivity(config: Sensitivity, output: Output) -> dict[str, Any]:
 
 def releases(config: Releases, output: Output) -> dict[str, Any]:
     """Find out at what angle a cube falls over."""
-    check_range("--repetitions", config.repetitions, 1)
-    check_range("--angles", len(config.angles), 1)
-    config.check()
     angles = sorted(set(config.angles))
     identity = {
         "angles": angles,

@@ -9,7 +9,7 @@ far to trust it (`experiments.transitions.checks`).
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import tyro
@@ -20,6 +20,7 @@ from diagrams.trials.plan import Plan
 from diagrams.trials.record import Outcome, Trial
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
+from experiments.kit.options import about
 from experiments.kit.shipped_data import SHIPPED_TRIALS, load_feasibility
 from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
 from experiments.transitions.checks import (
@@ -37,9 +38,10 @@ from experiments.transitions.export import save_tables, task_data
 from experiments.transitions.memory import print_two_turns, two_turns
 from experiments.transitions.options import Running, floating_campaign
 from experiments.transitions.physics import physics, print_physics
-from irl.choices import check_range
+from irl.choices import Limits
+from irl.errors import InputError
 from irl.files import atomic_path
-from irl.task_data import save_task
+from irl.task_data import require_replaceable, save_task
 from models.task.trial_classes import TrialClasses, trial_classes
 
 DATABASE = Path("out/transitions/trials.db")
@@ -51,7 +53,7 @@ class Run(Running):
 
     database: Path = DATABASE
     """The SQLite file of the trials; made if it is missing."""
-    hours: float | None = None
+    hours: Annotated[float | None, Limits(0, 1e6)] = None
     """For how many hours to run at most; by default, until the plan is fulfilled."""
     plan: Plan = field(default_factory=Plan)
     """How many trials each class of pairs needs."""
@@ -64,6 +66,8 @@ class Run(Running):
 @dataclass(frozen=True)
 class Status:
     """Show how much of the feasible pairs the database covers."""
+
+    looks_on: ClassVar[bool] = True  # run may be at work in the same folder
 
     database: Path | None = None
     """The SQLite file of the trials; by default that of run, or if missing the shipped one."""
@@ -113,6 +117,13 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
     """Tell one of the stories."""
     if type(config) in CHECKS:
         return CHECKS[type(config)](config, output)
+    if isinstance(config, Export):
+        with about("--to"):
+            if config.to.resolve() == output.folder.resolve():
+                raise InputError("is the folder of --out; name another, such as one within it")
+            require_replaceable(config.to)
+        if config.archive is not None and not config.archive.parent.is_dir():
+            raise InputError(f"{config.archive.parent}: no such folder", place="--archive")
     classes, feasible = trial_classes(), load_feasibility().mask()
     if isinstance(config, Run):
         database = run(config, classes, feasible)
@@ -144,9 +155,6 @@ def main(config: Run | Status | Export | Check, output: Output) -> dict[str, Any
 
 def run(config: Run, classes: TrialClasses, feasible: np.ndarray) -> TrialDatabase:
     """Run the campaign; the database, with its trials in it."""
-    config.check()
-    if config.hours is not None:
-        check_range("--hours", config.hours, 0)
     campaign = floating_campaign(config.trial, config.seed)
     source = ClassTrials(classes, planned_classes(classes, feasible), config.plan)
     with start_workers(config.workers, config.cluster) as workers:

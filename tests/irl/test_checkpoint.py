@@ -5,7 +5,7 @@ import pytest
 
 from irl.checkpoint import Checkpoint, fingerprint, load, restore_rng, rng_state, save
 from irl.errors import InputError
-from irl.tensor_file import to_bytes
+from irl.tensor_file import from_bytes, to_bytes
 
 ARRAYS = {"weights": np.arange(6.0).reshape(2, 3), "none": np.zeros(0, dtype=np.int64)}
 STATE = {"done": 3, "name": "β"}
@@ -114,3 +114,29 @@ def test_fingerprints_tell_values_types_and_shapes_apart():
 def test_interval_is_positive(path):
     with pytest.raises(InputError, match="every"):
         Checkpoint(path, 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda h: h | {"content": 5}, "does not match its digest"),
+        (lambda h: h | {"content": [1]}, "does not match its digest"),
+        (lambda h: h | {"schema_version": True}, "'schema_version' is True"),
+        (lambda h: [h], "not a readable checkpoint"),
+    ],
+)
+def test_a_header_that_says_something_else_is_refused(tmp_path, change, told):
+    path = tmp_path / "c"
+    save(path, {"a": np.arange(2)}, {}, {})
+    arrays, metadata = from_bytes(path.read_bytes())
+    header = json.dumps(change(json.loads(metadata["checkpoint"])))
+    path.write_bytes(to_bytes(arrays, {"checkpoint": header}))
+    with pytest.raises(InputError, match=told):
+        load(path, {})
+
+
+def test_a_nest_in_a_header_is_refused(tmp_path):
+    path = tmp_path / "c"
+    path.write_bytes(to_bytes({}, {"checkpoint": "[" * 100_000}))
+    with pytest.raises(InputError, match="not a readable checkpoint"):
+        load(path, {})

@@ -116,3 +116,43 @@ def test_a_truncated_policy_is_refused(policy, tmp_path, kept):
 def test_a_missing_policy_is_named(tmp_path):
     with pytest.raises(InputError, match="no such policy file"):
         load_policy(tmp_path / "none.safetensors")
+
+
+MASK = np.array([[True, True, False], [False, True, True], [False, False, False]])
+
+
+def test_a_policy_fits_the_task_it_was_learnt_on(policy, tmp_path):
+    save_policy(policy, tmp_path / "p.safetensors")
+    assert load_policy(tmp_path / "p.safetensors", mask=MASK).action.tolist() == [0, 2, -1]
+
+
+def test_avoided_actions_fit_where_there_is_nothing_else(tmp_path):
+    mask = np.array([[False, True, True], [True, True, False]])
+    q = np.array([[0.0, -np.inf, -np.inf], [-np.inf, -0.5, 0.0]])
+    save_policy(Policy.from_q(q, mask), tmp_path / "p.safetensors")
+    assert load_policy(tmp_path / "p.safetensors", mask=mask).action.tolist() == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda p: p.action.__setitem__(0, -1), "is -1 in state 0, though something is feasible"),
+        (lambda p: p.action.__setitem__(0, 2), "is 2 in state 0, which is not feasible"),
+        (lambda p: p.action.__setitem__(2, 1), "is 1 in state 2, where nothing is feasible"),
+        (lambda p: p.action.__setitem__(1, 1), "is 1 in state 1, though field 'q' gives another"),
+        (lambda p: p.q.__setitem__((0, 2), 1.0), "a value to action 2 in state 0, which is not"),
+    ],
+)
+def test_a_policy_that_contradicts_the_task_or_itself_is_refused(policy, tmp_path, change, told):
+    change(policy)
+    save_policy(policy, tmp_path / "p.safetensors")
+    with pytest.raises(InputError) as caught:
+        load_policy(tmp_path / "p.safetensors", mask=MASK)
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize("shape", [(2, 3), (4, 3), (3, 2), (3, 4)])
+def test_a_policy_of_another_size_than_the_task_is_refused(policy, tmp_path, shape):
+    save_policy(policy, tmp_path / "p.safetensors")
+    with pytest.raises(InputError, match="'q' has 3 states and 3 actions, the task has"):
+        load_policy(tmp_path / "p.safetensors", mask=np.ones(shape, dtype=bool))

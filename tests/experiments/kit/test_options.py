@@ -1,8 +1,10 @@
 """Options are read from what a person typed, and mistakes named as they were typed."""
 
+import dataclasses
 import importlib
 import io
 import re
+import typing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +13,7 @@ import pytest
 import tyro
 
 from experiments import demo
+from experiments.kit.command import execute
 from experiments.kit.options import OptionError, name_option, parse
 from experiments.transitions import story as transitions
 from irl.choices import Limits, Settings
@@ -148,3 +151,87 @@ def test_a_refusal_of_the_settings_themselves_names_the_option(monkeypatch, enco
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(io.BytesIO(), encoding=encoding))
     with pytest.raises(OptionError, match=r"^--batch: must be ≥ 1, is 0; for help: "):
         parse(Checked, ["--batch", "0"])
+
+
+COMMANDS = [
+    *[(name, []) for name in ("bench", "complexity", "demo", "gridworld", "own_task", "docs")],
+    *[(name, []) for name in ("reachability", "sailing", "simulate", "toy_text")],
+    *[("transitions", [check]) for check in ("run", "status", "export", "validate", "rules")],
+    *[("transitions", [check]) for check in ("sensitivity", "releases")],
+]
+
+
+def story_of(name):
+    folder = ROOT / "experiments" / name
+    return importlib.import_module(f"experiments.{name}{'.story' if folder.is_dir() else ''}")
+
+
+def options_of(hint, above=""):
+    """(option, its members' type, how many) of every option of a dataclass that takes numbers."""
+    for each in dataclasses.fields(hint):
+        kind = typing.get_type_hints(hint)[each.name]
+        path = f"{above}{each.name.replace('_', '-')}"
+        if dataclasses.is_dataclass(kind):
+            yield from options_of(kind, f"{path}.")
+            continue
+        kinds = set(typing.get_args(kind)) or {kind}
+        many = len([k for k in typing.get_args(kind) if k in (int, float)])
+        for number in kinds & {int, float}:
+            yield path, number, many if typing.get_origin(kind) is tuple else 1
+
+
+def numbers(name, arguments):
+    """Every option of a command that takes numbers."""
+    config = story_of(name).Config
+    for member in typing.get_args(config) or [config]:
+        of = typing.get_args(member)[0] if typing.get_args(member) else member
+        if not arguments or of.__name__.lower() == arguments[0]:
+            yield from options_of(of)
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"), COMMANDS, ids=["-".join([n, *a]) for n, a in COMMANDS]
+)
+def test_no_number_is_taken_that_is_out_of_all_bounds(capsys, tmp_path, name, arguments):
+    """Refused in one line that names the option, before the command does anything."""
+    worked = []
+    beyond = {int: ["1" + "0" * 30, "-1" + "0" * 30], float: ["inf", "nan", "-inf", "1e300"]}
+    cases = [
+        (option, count, value)
+        for option, kind, count in numbers(name, arguments)
+        for value in beyond[kind]
+    ]
+    for option, count, value in cases:
+        given = [*arguments, f"--{option}", *[value] * count, "--out", str(tmp_path / "out")]
+        with pytest.raises(SystemExit) as stop:
+            execute(story_of(name).Config, lambda *_: worked.append(1) or {}, given)
+        said = capsys.readouterr().err
+        assert stop.value.code == 2, given
+        assert said.count("\n") == 1, said
+        # A plan's options are told together, for each bounds the next.
+        together = "--plan." in f"--{option}" and option.rpartition(".")[2] in said
+        assert said.startswith(f"error: --{option}") or together, said
+    assert not worked
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "told"),
+    [
+        ("demo", ["--learning.active.query-beta", "inf"], "must be > 0 and ≤ 1e+09, is inf"),
+        ("demo", ["--teacher.tolerance", "1e9"], "must be > 0 and < 1, is 1000000000.0"),
+        ("demo", ["--teacher.action-cost", "-1"], "must be ≥ 0 and ≤ 1, is -1.0"),
+        ("demo", ["--learning.active.hidden", "1000000000000"], "must be ≥ 1 and ≤ 10000"),
+        ("gridworld", ["--hard-size", "3"], "must be ≥ 5 and ≤ 1001, is 3"),
+        ("gridworld", ["--sizes", "1000001"], "must be ≥ 0 and ≤ 1001, is 1000001"),
+        ("gridworld", ["--sizes"], "at least one value is needed"),
+        ("toy_text", ["--environments"], "at least one value is needed"),
+        ("own_task", ["--methods"], "at least one value is needed"),
+        ("own_task", ["--methods", "magic"], "unknown name 'magic'; valid: fa_mlirl, "),
+        ("bench", ["--subjects"], "at least one value is needed"),
+        ("complexity", ["--states"], "at least one value is needed"),
+        ("demo", ["--seed", str(2**32)], "must be ≥ 0 and ≤ 4294967295, is 4294967296"),
+    ],
+)  # fmt: skip
+def test_a_refused_value_is_told_with_its_option_and_bounds(refused, name, given, told):
+    assert f"{given[0]}: {told}" in refused(story_of(name), *given)

@@ -19,6 +19,7 @@ from diagrams.trials.record import Pair, Trial, TrialConfig, TrialRecord
 from experiments.kit.command import Output
 from experiments.kit.executors import start_workers
 from experiments.kit.shipped_data import SHIPPED_TRIALS, load_feasibility
+from experiments.transitions import story
 from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
 from experiments.transitions.export import save_tables, task_data
 from irl.errors import InputError
@@ -192,6 +193,18 @@ def test_mistakes_are_told_in_one_line_and_leave_nothing(tmp_path, arguments, wo
     assert done.stderr.count("\n") == 1
     assert word in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_export_would_not_overwrite_is_refused_before_the_work(refused, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    # There is no such database: who looked at it first would say so.
+    told = refused(story, "export", "--database", tmp_path / "none.db", "--to", tmp_path)
+    assert told.startswith(f"error: --to: {tmp_path}: exists and is not a task data directory")
+    same = tmp_path / "refused"
+    told = refused(story, "export", "--database", tmp_path / "none.db", "--to", same)
+    assert told.startswith("error: --to: is the folder of --out")
+    nowhere = ["--to", tmp_path / "task", "--archive", tmp_path / "no" / "trials.db"]
+    assert "--archive: " in refused(story, "export", "--database", tmp_path / "none.db", *nowhere)
 
 
 def test_status_shows_the_shipped_trials_where_none_were_run(tmp_path):

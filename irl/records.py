@@ -6,6 +6,7 @@ do. Frames and CSV files are read by `irl.tables`. Short examples: ``experiments
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -183,6 +184,12 @@ def _field(thing: Any, names: tuple[str, ...]) -> Any:
 
 def _numbered(runs: Iterable[np.ndarray], source: str) -> Demonstrations:
     """Runs of pairs, ``[n, 2]`` each, numbered from 0."""
-    return Demonstrations.concatenate(
-        [Demonstrations.from_pairs(run, k, source) for k, run in enumerate(runs)]
+    runs = list(runs)
+    length = np.array([len(run) for run in runs], dtype=np.int64)
+    pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *runs])
+    # One run of all, and then its parts: many runs one by one would take minutes.
+    whole = Demonstrations.from_pairs(pairs, source=source)
+    begins = np.repeat(np.cumsum(length) - length, length)
+    return replace(
+        whole, trajectory=np.repeat(np.arange(length.size), length), step=whole.step - begins
     )

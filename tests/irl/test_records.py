@@ -1,3 +1,4 @@
+import time
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -56,6 +57,15 @@ def test_flat_arrays_are_parted_where_they_say(ends):
     assert runs_of(shown) == RUNS
     assert {SOURCES[k] for k in shown.source} == {"human"}
     assert len(from_arrays([], [], lengths=[])) == len(from_arrays([], [], ends=STATE[:0] > 0)) == 0
+
+
+def test_many_runs_are_read_quickly():
+    n = 200_000
+    began = time.process_time()
+    shown = from_arrays(np.arange(n) % 50, np.arange(n) % 4, lengths=[10] * (n // 10))
+    assert time.process_time() - began < 5
+    assert shown.trajectory[[0, 9, 10, -1]].tolist() == [0, 0, 1, n // 10 - 1]
+    assert shown.step[[0, 9, 10, -1]].tolist() == [0, 9, 0, 9]
 
 
 @pytest.mark.parametrize(

@@ -133,14 +133,14 @@ def bent_npz(data, rng):
     with warnings.catch_warnings(), zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
         warnings.simplefilter("ignore")
         for name, array in arrays.items():
-            member = io.BytesIO()
-            np.save(member, array, allow_pickle=True)
-            content = member.getvalue()
+            made_of = io.BytesIO()
+            np.save(made_of, array, allow_pickle=True)
+            content, member = made_of.getvalue(), f"{name}.npy".replace("\0", "?")
             if rng.random() < 0.1:
                 content = bent_bytes(content, rng)
-            archive.writestr(f"{name}.npy", content)
+            archive.writestr(member, content)
             if rng.random() < 0.05:
-                archive.writestr(f"{name}.npy", content)
+                archive.writestr(member, content)
     return made.getvalue()
 
 

@@ -39,9 +39,14 @@ class Inputs:
         return self.problem.gamma
 
 
+def demonstrated(demonstrations: Demonstrations) -> Demonstrations:
+    """What was demonstrated, without what follows from it."""
+    return demonstrations.select(~demonstrations.generalised)
+
+
 def walks(demonstrations: Demonstrations) -> Demonstrations:
     """What was demonstrated, every run of consecutive steps being a trajectory of its own."""
-    shown = demonstrations.select(~demonstrations.generalised)
+    shown = demonstrated(demonstrations)
     shown = shown.select(np.lexsort((shown.step, shown.trajectory)))
     breaks = (np.diff(shown.trajectory) != 0) | (np.diff(shown.step) != 1)
     return replace(shown, trajectory=np.r_[0, np.cumsum(breaks)][: len(shown)])

@@ -12,14 +12,14 @@ from scipy import sparse
 
 from irl.baselines.behaviour_cloning import value_and_gradient
 from irl.baselines.birl import SamplingConfig
-from irl.baselines.deep_max_ent import RewardNetwork
+from irl.baselines.deep_max_ent import DeepMaxEntConfig, RewardNetwork
 from irl.baselines.differentiable_planning import Maximum, Planner
 from irl.baselines.features import state_features
 from irl.baselines.max_ent import FeatureMatching
 from irl.baselines.mcmc import crank_nicolson
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.likelihood import LikelihoodProblem
-from irl.method_inputs import Inputs, inverse_temperature, walks
+from irl.method_inputs import Inputs, demonstrated, inverse_temperature
 from irl.optimizers import Adam
 from irl.vr_function import VRFunction, torch_generator
 
@@ -65,7 +65,9 @@ def fa_mlirl(given: Inputs) -> Iteration:
 
 def max_ent(given: Inputs) -> Iteration:
     """A step along the difference of visits, a reward per state."""
-    problem = FeatureMatching.build(given.model, walks(given.demonstrations))
+    problem = FeatureMatching.build(
+        given.model, demonstrated(given.demonstrations), gamma=given.gamma
+    )
     reward = np.zeros(given.model.n_states)
 
     def once() -> None:
@@ -78,10 +80,10 @@ def deep_max_ent(given: Inputs) -> Iteration:
     """A step of Adam on the reward network."""
     problem = RewardNetwork.build(
         given.model,
-        walks(given.demonstrations),
+        demonstrated(given.demonstrations),
         given.problem.required_features(),
-        HIDDEN,
-        r_max=10.0,
+        DeepMaxEntConfig(hidden=HIDDEN),
+        gamma=given.gamma,
         rng=given.rng,
     )
     ascent = Adam(problem.network.parameters)

@@ -27,8 +27,8 @@ What the methods make of the same arguments:
 bumps over the features on large ones. Action values are optimal for the reward learnt, (3.1)–(3.3).
 Advice enters (3.9) as constraints; the other methods take it afterwards, by UpdateQ of Algorithm
 4.1. VR values known beforehand (``LearningProblem.fixed_vr``) are for fa_mlirl, which alone learns
-VR values; state preferences and clusters are for ``irl.active``. Methods that compare whole walks
-see each run of consecutive steps as one, and no generalised pairs.
+VR values; state preferences and clusters are for ``irl.active``. ``max_ent`` and ``deep_max_ent``
+match what was demonstrated, and see no generalised pairs.
 
 Where only states were recorded, `irl.state_only` infers the actions, for the methods that can do
 with shares of a label: all but the linear programs and birl.
@@ -72,10 +72,10 @@ from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 from irl.method_inputs import (
     Inputs,
+    demonstrated,
     gaussian_bumps,
     inverse_temperature,
     labelled_policy,
-    walks,
 )
 from irl.method_iterations import HIDDEN, Iteration, Prepare, planned
 from irl.planning import value_iteration
@@ -248,7 +248,8 @@ def _fa_mlirl(
 
 
 def _max_ent(given: Inputs, **options: Any) -> tuple[Found, None]:
-    reward, _ = max_ent(given.model, walks(given.demonstrations), config=RidgeConfig(**options))
+    shown, config = demonstrated(given.demonstrations), RidgeConfig(**options)
+    reward, _ = max_ent(given.model, shown, gamma=given.gamma, config=config)
     return (None, reward), None
 
 
@@ -256,8 +257,9 @@ def _deep_max_ent(given: Inputs, **options: Any) -> tuple[Found, int]:
     config = DeepMaxEntConfig(**options)
     reward, _ = deep_max_ent(
         given.model,
-        walks(given.demonstrations),
+        demonstrated(given.demonstrations),
         given.problem.required_features(),
+        gamma=given.gamma,
         rng=given.rng,
         config=config,
     )

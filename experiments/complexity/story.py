@@ -9,10 +9,9 @@ Planning goes as far as the task asks, and is exact:
 
 - With the discount γ = 0.99 of every discounted method, a reward in the goal is still worth
   0.99⁹⁴ = 39 % in the corners of 9,025 states and 0.99³¹⁶ = 4 % in those of 100,489.
-- ``max_ent`` and ``deep_max_ent`` plan without discount, for as many moves as the longest
-  demonstration has; from no cell is the goal farther.
-- ``bellman_gradient``, ``linear_mlirl`` and ``planning`` know V to 1e-10, ``birl`` to 1e-7; each
-  iteration's search begins at the last one's solution, as it does in learning.
+- ``max_ent``, ``deep_max_ent``, ``bellman_gradient``, ``linear_mlirl`` and ``planning`` know V to
+  1e-10, ``birl`` to 1e-7; each iteration's search begins at the last one's solution, as it does in
+  learning.
 
 Timing is fair: one thread; processor time, which work elsewhere on the machine does not stretch
 by waiting; warmed up; methods take turns on each grid, so that a busy spell hits all alike; the
@@ -61,7 +60,10 @@ from irl.problem import LearningProblem
 WARM_UP = 3  # iterations; the first plans for a reward of 0, from V = 0
 TURN = 0.1  # seconds a method is timed for at a time, and at least one iteration
 TOLERANCE = {  # largest error of V, for methods that search for it
-    **dict.fromkeys(("bellman_gradient", "linear_mlirl", "planning"), Planner.tolerance),
+    **dict.fromkeys(
+        ("max_ent", "deep_max_ent", "bellman_gradient", "linear_mlirl", "planning"),
+        Planner.tolerance,
+    ),
     "birl": 1e-6 / SamplingConfig.beta,
 }
 

@@ -2,7 +2,8 @@
 
 The reward is a neural network of the state's features, R = r_max · tanh(g(φ)). By the chain rule
 the gradient of the maximum entropy objective in its weights is the difference between demonstrated
-and expected state visits, see ``irl.baselines.max_ent``, carried back through the network.
+and expected state visits, see ``irl.baselines.max_ent`` (which says too what becomes of the ends of
+runs), carried back through the network.
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import numpy as np
 import torch
 
 from irl.baselines.max_ent import FeatureMatching
-from irl.choices import Limits, Settings, check_range
+from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -41,6 +42,7 @@ def deep_max_ent(
     demonstrations: Demonstrations,
     features: np.ndarray,
     *,
+    gamma: float,
     rng: np.random.Generator,
     config: DeepMaxEntConfig | None = None,
 ) -> tuple[np.ndarray, VRFunction]:
@@ -48,8 +50,9 @@ def deep_max_ent(
 
     Args:
         model: the transition model.
-        demonstrations: trajectories without gaps; one pair alone is a trajectory of one move.
+        demonstrations: trajectories, whole or in pieces.
         features: the network's input, ``[n_states, d]``, best of a size near 1.
+        gamma: discount factor in [0, 1).
         rng: draws the initial weights.
         config: the network, and how it is trained.
 
@@ -60,7 +63,7 @@ def deep_max_ent(
         InputError: as ``FeatureMatching.build``, or if there are no features.
     """
     config = config or DeepMaxEntConfig()
-    problem = RewardNetwork.build(model, demonstrations, features, config.hidden, config.r_max, rng)
+    problem = RewardNetwork.build(model, demonstrations, features, config, gamma=gamma, rng=rng)
     ascent = Adam(problem.network.parameters, config.weight_decay)
     for k in range(config.iterations):
         _, gradient = problem.value_and_gradient()
@@ -90,18 +93,18 @@ class RewardNetwork:
         model: TransitionModel,
         demonstrations: Demonstrations,
         features: np.ndarray,
-        hidden: tuple[int, ...],
-        r_max: float,
+        config: DeepMaxEntConfig,
+        *,
+        gamma: float,
         rng: np.random.Generator,
     ) -> "RewardNetwork":
         """Draw the initial weights; arguments and errors as for ``deep_max_ent``."""
-        check_range("r_max", r_max, 0.0, open_low=True)
         if features is None:
             raise InputError("features: the network's input is needed, [n_states, d]")
-        matching = FeatureMatching.build(model, demonstrations, features)
+        matching = FeatureMatching.build(model, demonstrations, features, gamma=gamma)
         x = np.asarray(features, dtype=np.float32)
-        network = VRFunction(x.shape[1], hidden, generator=torch_generator(rng))
-        return cls(matching, network, network.at(x), r_max)
+        network = VRFunction(x.shape[1], config.hidden, generator=torch_generator(rng))
+        return cls(matching, network, network.at(x), config.r_max)
 
     def reward(self) -> np.ndarray:
         """R with the network's present weights, float64 ``[n_states]``."""

@@ -1,11 +1,18 @@
 """Maximum causal entropy inverse reinforcement learning, Ziebart et al. (2008, 2010).
 
 Among all behaviours that meet the demonstrated features as often as the demonstrator did, the
-least committed one walks softly, see ``irl.baselines.soft_walks``, under a reward R = Φ ω (3.10)
-earned on entering a state. Each demonstration is compared with soft walks of its own start and
-length, so nothing needs to be known about where a task ends.
+least committed one is soft-optimal under a reward R = Φ ω (3.10) earned on entering a state: with
+f = R + γ V (3.15) it takes a with probability exp(Q(s, a) − V(s)), Q = P f, V being the log-sum-exp
+of Q. The dual of that problem is, chance averaged, the causally conditioned likelihood of what was
+demonstrated, Σ log π(a | s) (Ziebart 2010; Gleave & Toyer 2022, arXiv:2203.11409), which is climbed
+here from R = 0. So the discount means one thing: values are learnt by it as they are planned by it.
+The rest of a run being a run of the same behaviour, every choice counts alike, early or late.
 
-On models without chance the objective is the mean log-likelihood of the trajectories.
+Such behaviour is stationary, with any number of moves to go, and so the length of a run says
+nothing. In a terminal state, without actions or with one alone that stays, there is nothing to
+choose and the log-likelihood is 0. So a run whose length was an outcome of chance teaches the same
+cut at its end or padded there, and the state that it ended in need not be known. A run cut
+elsewhere, for want of time or at a gap, is taken to go on as the behaviour does.
 """
 
 from dataclasses import dataclass
@@ -13,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from irl.baselines.ascent import RidgeConfig, ridge_ascend
+from irl.baselines.differentiable_planning import SoftMax
 from irl.baselines.features import Features, state_features
-from irl.baselines.soft_walks import SoftWalks
+from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -25,14 +33,16 @@ def max_ent(
     demonstrations: Demonstrations,
     features: np.ndarray | None = None,
     *,
+    gamma: float,
     config: RidgeConfig | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the reward whose soft walks enter the states that the demonstrations enter.
+    """Find the reward whose soft-optimal behaviour goes where the demonstrations go.
 
     Args:
         model: the transition model.
-        demonstrations: trajectories without gaps; one pair alone is a trajectory of one move.
+        demonstrations: trajectories, whole or in pieces.
         features: Φ, ``[n_states, d]``; one indicator per state if absent.
+        gamma: discount factor in [0, 1).
         config: the price of |ω|² / 2, and when the ascent ends.
 
     Returns:
@@ -41,7 +51,7 @@ def max_ent(
     Raises:
         InputError: as ``FeatureMatching.build``.
     """
-    problem = FeatureMatching.build(model, demonstrations, features)
+    problem = FeatureMatching.build(model, demonstrations, features, gamma=gamma)
     start = np.zeros(problem.features.shape[1])
     weights = ridge_ascend(problem.value_and_gradient, start, config or RidgeConfig())
     return problem.features @ weights, weights
@@ -52,18 +62,14 @@ class FeatureMatching:
     """Demonstrations, prepared for many evaluations.
 
     Attributes:
-        walks: the transition model, prepared.
+        likelihood: of a pair, in the mean.
         features: Φ, float64 ``[n_states, d]``.
-        starts: float64 ``[horizon + 1, n_states]``: the share of trajectories that have k moves
-            in all and begin in s; sums to 1.
-        demonstrated: float64 ``[n_states]``: how often a trajectory enters each state. A move
-            counts for all its successors by their probability, whichever came about.
+        pairs_each: pairs of a trajectory, in the mean.
     """
 
-    walks: SoftWalks
+    likelihood: PlannedLikelihood
     features: Features
-    starts: np.ndarray
-    demonstrated: np.ndarray
+    pairs_each: float
 
     @classmethod
     def build(
@@ -71,32 +77,25 @@ class FeatureMatching:
         model: TransitionModel,
         demonstrations: Demonstrations,
         features: np.ndarray | None = None,
+        *,
+        gamma: float,
     ) -> "FeatureMatching":
-        """Count what the demonstrations enter; arguments as for ``max_ent``.
+        """Count what was demonstrated; arguments as for ``max_ent``.
 
         Raises:
-            InputError: if there is no demonstration, a pair is infeasible, a trajectory's steps
-                are not consecutive (as with generalised pairs, which are not walks), or the
-                features are not finite or have a wrong shape.
+            InputError: if there is no demonstration, a pair is infeasible or a move impossible,
+                gamma is outside [0, 1), or the features are not finite or have a wrong shape.
         """
         phi = state_features(model, features)
         if len(demonstrations) == 0:
             raise InputError("demonstrations: at least one (state, action) pair is needed")
         demonstrations.check(model, "demonstrations")
-        walks = demonstrations.select(np.lexsort((demonstrations.step, demonstrations.trajectory)))
-        names, first, length = np.unique(walks.trajectory, return_index=True, return_counts=True)
-        place = np.arange(len(walks)) - np.repeat(first, length)
-        odd = walks.step - np.repeat(walks.step[first], length) != place
-        for name in walks.trajectory[odd][:1]:
-            raise InputError(f"demonstrations: the steps of trajectory {name} are not consecutive")
-        starts = np.zeros((length.max() + 1, model.n_states))
-        np.add.at(starts, (length, walks.state[first]), 1 / names.size)
-        rows = model.pair_index(walks.state, walks.action)
-        count = np.bincount(rows, minlength=model.n_pairs) / names.size
-        return cls(SoftWalks(model), phi, starts, model.P.T @ count)
+        likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), beta=1.0)
+        trajectories = np.unique(demonstrations.trajectory).size
+        return cls(likelihood, phi, len(demonstrations) / trajectories)
 
     def value_and_gradient(self, weights: np.ndarray) -> tuple[float, np.ndarray]:
-        """Entropy's dual, concave in ω, as ``value_and_surplus`` for R = Φ ω.
+        """Entropy's dual, as ``value_and_surplus`` for R = Φ ω.
 
         Args:
             weights: ω, ``[d]``.
@@ -108,15 +107,16 @@ class FeatureMatching:
         return value, self.features.T @ surplus
 
     def value_and_surplus(self, state_reward: np.ndarray) -> tuple[float, np.ndarray]:
-        """Entropy's dual for any reward: demonstrated reward less the starts' soft value.
+        """Entropy's dual for any reward: the mean log-likelihood of a trajectory's choices.
 
         Args:
             state_reward: R, ``[n_states]``, earned on entering a state.
 
         Returns:
-            The value (≤ 0 on models without chance), and its gradient ``[n_states]``: how much
-            more often the demonstrations enter each state than the soft walks do.
+            The value (≤ 0), and its gradient ``[n_states]``: how much more often each state is
+            entered, discounted, after the demonstrated actions than after the behaviour's own in
+            the same states. Where a trajectory leads is the model's chance in both, not what
+            came about.
         """
-        policy, V = self.walks.backward(state_reward, len(self.starts) - 1)
-        value = self.demonstrated @ state_reward - np.vdot(self.starts, V)
-        return float(value), self.demonstrated - self.walks.entries(policy, self.starts)
+        value, surplus = self.likelihood.value_and_gradient(state_reward)
+        return self.pairs_each * value, self.pairs_each * surplus

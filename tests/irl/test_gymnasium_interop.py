@@ -3,8 +3,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.gymnasium_interop import from_gymnasium, play
+from irl.methods import learn
+from irl.metrics import success_mdp
 from irl.planning import value_iteration
 
 WORLDS = [
@@ -114,6 +117,33 @@ def test_success_counts_goals_that_were_reached_in_time():
     assert hurried.success(np.array([15])).successes == 0
     # A run given up in a state is no success there.
     assert hurried.success(np.arange(16)).successes == hurried.terminated.sum() < 50
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("name", ["max_ent", "deep_max_ent"])
+def test_runs_cut_where_chance_ended_them_teach_the_ice(name, seed):
+    """Pairs alone: neither where a run ended is told, nor that it did."""
+    world = from_gymnasium(make("FrozenLake8x8-v1"))
+    model, goal, gamma = world.model, np.array([63]), 0.95
+    best = optimal_q(world)[1].argmax(axis=1)
+    rng, runs = np.random.default_rng(seed), []
+    for _ in range(40):
+        state, run = 0, []
+        while state not in world.terminal:
+            run.append((state, int(best[state])))
+            state = model.sample(*run[-1], rng)
+        runs.append(run)
+    columns = np.stack(np.divmod(np.arange(64), 8), axis=1) / 7
+    learnt = learn(
+        name, model, Demonstrations.from_trajectories(runs), columns, gamma=gamma,
+        rng=np.random.default_rng(seed),
+    )  # fmt: skip
+    found, optimum = (
+        success_mdp(model, action, goal, np.array([0]), horizon=200)
+        for action in (learnt.q.argmax(axis=1), best)
+    )
+    assert optimum == pytest.approx(0.863, abs=1e-3)
+    assert found >= optimum - 0.02
 
 
 def test_a_policy_without_action_is_named():

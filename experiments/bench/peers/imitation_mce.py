@@ -1,20 +1,21 @@
 """One step of maximum causal entropy IRL with ``imitation``: visitations, then the gradient.
 
 Reads ``transition [n, A, n]`` as its indices ``state, action, next_state`` and ``probability``,
-``reward [n]``, ``start [n]``, ``demonstrated [n]``, ``horizon`` and ``repeats``. Writes the
-shortest time, ``seconds``; ``visits [n]``, of the ``horizon`` states in which an action is
-chosen; and the ``gradient [n]`` for one reward per state.
+``reward [n]``, ``start [n]``, ``demonstrated [n]``, ``gamma``, ``horizon`` and ``repeats``. Writes
+the shortest time, ``seconds``; the discounted ``visits [n]``; and the ``gradient [n]`` for one
+reward per state.
 """
 
 import sys
 import time
 
 import numpy as np
-from imitation.algorithms.mce_irl import mce_occupancy_measures
+from imitation.algorithms.mce_irl import mce_occupancy_measures, mce_partition_fh
 from seals.base_envs import TabularModelPOMDP
 
 given = np.load(sys.argv[1], allow_pickle=False)
 n, n_actions = given["reward"].size, int(given["action"].max()) + 1
+gamma = float(given["gamma"])
 transition = np.zeros((n, n_actions, n))
 transition[given["state"], given["action"], given["next_state"]] = given["probability"]
 env = TabularModelPOMDP(
@@ -28,9 +29,9 @@ env = TabularModelPOMDP(
 
 def step() -> tuple[np.ndarray, np.ndarray]:
     """Soft values, the policy that follows from them, where it goes, and the gradient."""
-    occupancy, visits = mce_occupancy_measures(env)
-    # The last row follows a choice that no reward depends on any more.
-    return visits - occupancy[-1], given["demonstrated"] - visits
+    _, _, pi = mce_partition_fh(env, discount=gamma)
+    _, visits = mce_occupancy_measures(env, pi=pi, discount=gamma)
+    return visits, given["demonstrated"] - visits
 
 
 seconds = []

@@ -85,10 +85,12 @@ def share_of_optimum(true_reward, share_of_optimum_of) -> Callable[[np.ndarray],
 def dense_soft_policies():
     """Soft policies ``[n_states, n_actions]`` by moves to go, from dense tables."""
 
-    def policies(model: TransitionModel, reward: np.ndarray, horizon: int) -> list[np.ndarray]:
+    def policies(
+        model: TransitionModel, reward: np.ndarray, horizon: int, gamma: float = 1.0
+    ) -> list[np.ndarray]:
         V, found = np.zeros(model.n_states), []
         for _ in range(horizon):
-            e = np.exp(model.q_values(reward + V))
+            e = np.exp(model.q_values(reward + gamma * V))
             total = e.sum(axis=1, keepdims=True)
             V = np.where(total > 0, np.log(np.maximum(total, 1e-300)), 0.0)[:, 0]
             found.append(e / np.maximum(total, 1e-300))

@@ -91,16 +91,20 @@ def show(rows: list[dict[str, Any]], ceiling: float) -> None:
     """Print the table."""
     print(f"{'method':18} {'':27} {'success':>8} {'as good':>8} {'seconds':>8}")
     for row in rows:
+        name = f"{row['method']:18} {NAMES[row['method']]:27}"
+        if row["success_mdp"] is None:
+            print(f"{name} {row['note']}")
+            continue
         print(
-            f"{row['method']:18} {NAMES[row['method']]:27} {row['success_mdp']:8.1%} "
-            f"{row['accuracy_optimal_all']:8.1%} {row['seconds']:8.2f}"
+            f"{name} {row['success_mdp']:8.1%} {row['accuracy_optimal_all']:8.1%} "
+            f"{row['seconds']:8.2f}"
         )
     print(f"{'(demonstrator)':46} {ceiling:8.1%}")
 
 
 def interpretation(rows: list[dict[str, Any]], ceiling: float) -> str:
     """What the table says, in one sentence."""
-    far = [row["method"] for row in rows if row["success_mdp"] < NEAR * ceiling]
+    far = [row["method"] for row in rows if (row["success_mdp"] or 0.0) < NEAR * ceiling]
     return (
         f"{len(rows) - len(far)} of {len(rows)} methods come to {NEAR:.0%} or more of the "
         f"demonstrator's own success, {ceiling:.0%}"
@@ -128,7 +132,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     """Build, save and load the task; learn it with every method; judge each by the same measure.
 
     Success is the probability of a whole batch within 20 actions, over all starts. *As good* is the
-    share of states not demonstrated in which the policy acts as well as the demonstrator.
+    share of states not demonstrated in which the policy acts as well as the demonstrator. A method
+    that found no preference has neither: its ``note`` says what to do about it.
     """
     save_task(workshop(), output.folder / "task")
     task = load_task(output.folder / "task")
@@ -155,14 +160,19 @@ def main(config: Config, output: Output) -> dict[str, Any]:
             learnt.q, model.mask, task_hash=task.task_hash, algorithm=name, seed=config.seed
         )
         save_policy(policy, output.folder / f"{name}.safetensors")
+        success: float | None = success_mdp(model, policy.action, goal, starts)
+        as_good: float | None = accuracy_optimal(
+            policy.action, unseen, teacher.optimal_actions
+        ).value
+        if learnt.no_preference:  # any policy would do, and so none says anything
+            success = as_good = None
         rows.append(
             {
                 "method": name,
-                "success_mdp": success_mdp(model, policy.action, goal, starts),
-                "accuracy_optimal_all": accuracy_optimal(
-                    policy.action, unseen, teacher.optimal_actions
-                ).value,
+                "success_mdp": success,
+                "accuracy_optimal_all": as_good,
                 "seconds": learnt.seconds,
+                "note": learnt.note,
             }
         )
     ceiling = success_mdp(model, uniform_policy(teacher.optimal_actions), goal, starts)

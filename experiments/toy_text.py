@@ -116,9 +116,13 @@ def show(rows: list[dict[str, Any]]) -> None:
     """Print the table."""
     print(f"{'environment':16} {'method':18} {'return':>9} {'optimal':>9} {'success':>8} {'s':>7}")
     for row in rows:
+        name = f"{row['environment']:16} {row['method']:18}"
+        if row["return"] is None:
+            print(f"{name} {row['note']}")
+            continue
         print(
-            f"{row['environment']:16} {row['method']:18} {row['return']:9.2f} "
-            f"{row['optimal']:9.2f} {row['success']:8.1%} {row['seconds']:7.2f}"
+            f"{name} {row['return']:9.2f} {row['optimal']:9.2f} {row['success']:8.1%} "
+            f"{row['seconds']:7.2f}"
         )
 
 
@@ -127,7 +131,10 @@ def interpretation(rows: list[dict[str, Any]]) -> str:
     told = []
     for world in dict.fromkeys(row["environment"] for row in rows):
         mine = [row for row in rows if row["environment"] == world]
-        reached = sum(row["return_interval"][1] >= row["optimal"] for row in mine)
+        reached = sum(
+            row["return"] is not None and row["return_interval"][1] >= row["optimal"]
+            for row in mine
+        )
         told.append(f"{reached} of {len(mine)} in {world}")
     return (
         "Methods as good as the true reward's own policy, by the 95 % interval of the return: "
@@ -145,7 +152,7 @@ def draw(figure: "Figure", rows: list[dict[str, Any]], config: Config) -> None:
             "return of an episode, mean",
             [of[world, method]["return"] for method in methods],
             of[world, methods[0]]["optimal"],
-            [of[world, method]["return_interval"] for method in methods],
+            [of[world, method]["return_interval"] or (np.nan, np.nan) for method in methods],
         )
         for world in worlds
     ]
@@ -192,9 +199,15 @@ def main(config: Config, output: Output) -> dict[str, Any]:
                 {
                     "environment": environment,
                     "method": method,
-                    **judged(env, learnt.q, world.model.mask, goals, config),
+                    # With no preference any policy would do, and so none says anything.
+                    **(
+                        dict.fromkeys(best)
+                        if learnt.no_preference
+                        else judged(env, learnt.q, world.model.mask, goals, config)
+                    ),
                     "optimal": best["return"],
                     "seconds": learnt.seconds,
+                    "note": learnt.note,
                 }
             )
             bar.update()

@@ -68,10 +68,11 @@ class Advice:
     def apply(self, q: np.ndarray, mask: np.ndarray, avoid: str = "mask") -> np.ndarray:
         """UpdateQ of thesis Algorithm 4.1: a new Q ``[n_states, n_actions]``.
 
-        A preferred action gains 20 % of |Q|. An avoided one is excluded (−∞) with
-        ``avoid="mask"`` and gets the constant −2 with ``avoid="thesis"``. Excluding *every*
-        feasible action would leave a state without policy, though the advice was given for
-        its cluster and not for it; there, nothing is excluded.
+        A preferred action gains 20 % of |Q|, and where that leaves it level with the best of the
+        others, it comes first. An avoided one is excluded (−∞) with ``avoid="mask"``; with
+        ``avoid="thesis"`` it gets the constant −2, or less where others are worth no more.
+        Excluding *every* feasible action would leave a state without policy, though the advice was
+        given for its cluster and not for it; there, nothing is excluded.
 
         Args:
             q: action values, anything where infeasible.
@@ -83,14 +84,22 @@ class Advice:
         """
         check_choice("avoid", avoid, AVOID_MODES)
         advised = np.where(mask, q, -np.inf)
-        better = self.preferred & mask
+        better = self.preferred & np.isfinite(advised)
         advised[better] += BONUS * np.abs(advised[better])
+        left = mask & ~self.avoided
         if avoid == "thesis":
-            advised[self.avoided & mask] = AVOIDED_VALUE
+            least = np.where(left & np.isfinite(advised), advised, np.inf).min(
+                axis=1, initial=np.inf
+            )
+            value = np.where(least > AVOIDED_VALUE, AVOIDED_VALUE, np.nextafter(least, -np.inf))
+            advised = np.where(self.avoided & mask, value[:, None], advised)
         else:
-            some_left = (mask & ~self.avoided).any(axis=1, keepdims=True)
-            advised[self.avoided & some_left] = -np.inf
-        return advised
+            advised[self.avoided & left.any(axis=1, keepdims=True)] = -np.inf
+        # |Q| may be 0, and so may be the gain.
+        most = advised.max(axis=1, keepdims=True, initial=-np.inf)
+        first = better & (advised == most)
+        level = ((advised == most) & ~first).any(axis=1, keepdims=True)
+        return np.where(first & level, np.nextafter(advised, np.inf), advised)
 
 
 def _indices(name: str, values: Iterable[int], limit: int) -> np.ndarray:

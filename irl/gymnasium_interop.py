@@ -15,6 +15,7 @@ import numpy as np
 
 from irl.errors import InputError
 from irl.evaluation import TOLERANCE
+from irl.gymnasium_spaces import numbering, table_entries
 from irl.integers import integers
 from irl.mdp import TransitionModel
 from irl.metrics import Share
@@ -69,6 +70,7 @@ class Episodes:
 def from_gymnasium(env: "gymnasium.Env") -> TabularWorld:
     """Read the table ``P[s][a]`` = [(probability, next state, reward, terminated), …].
 
+    States and actions count from 0 in what is returned, from wherever the environment counts.
     Equal successors are merged and impossible ones left out. What the table says of states where a
     run has ended is replaced by one action, number 0, that stays and earns nothing. True returns
     remain as they are; and for a learner, a constant in the reward no longer decides whether it is
@@ -80,15 +82,16 @@ def from_gymnasium(env: "gymnasium.Env") -> TabularWorld:
             environment does besides ``P``, such as Taxi's fickle passenger, is not seen.
 
     Raises:
-        InputError: if the environment has no such table, the table is not a transition model, or a
-            state that can be reached sometimes ends a run and sometimes doesn't.
+        InputError: if the environment has no such table, the table is not a transition model, it
+            cannot be told from where it counts, or a state that can be reached sometimes ends a
+            run and sometimes doesn't.
     """
     world: Any = env.unwrapped
     if not hasattr(world, "P") or not hasattr(world, "initial_state_distrib"):
         raise InputError(f"environment {env}: no table P with an initial_state_distrib to read")
     start = np.array(world.initial_state_distrib, dtype=np.float64)
     n_states, n_actions = start.size, int(world.action_space.n)
-    table = [(s, a, *outcome) for s in world.P for a in world.P[s] for outcome in world.P[s][a]]
+    table = table_entries(world, n_states, n_actions)
     state, action, next_state = (np.array([row[k] for row in table], np.int64) for k in (0, 1, 3))
     p, reward = (np.array([row[k] for row in table], np.float64) for k in (2, 4))
     ends = np.array([row[5] for row in table], dtype=bool)
@@ -135,19 +138,24 @@ def play(
     Args:
         env: the environment; it is left open.
         policy: actions, integer ``[n_states]``, such as ``irl.policy.Policy.action``, −1 for none;
-            or probabilities ``[n_states, n_actions]``, a row of 0 for none.
+            or probabilities ``[n_states, n_actions]``, a row of 0 for none. States and actions
+            count from 0, here and in what is returned, whatever ``start`` the environment's
+            spaces have.
         seed: of the environment's chance, given at the first reset, and of the policy's own. The
             same seed meets the same chance whatever was played before.
         episodes: how many, at least 1.
         max_steps: where a run is given up; the environment's own time limits count too.
 
     Raises:
-        InputError: if ``episodes`` is below 1, the policy is neither actions nor probabilities, or
-            it has no action in a state it meets.
+        InputError: if ``episodes`` is below 1, a space is not discrete, the policy is neither
+            actions nor probabilities, is for another number of states or actions, or has no
+            action in a state it meets.
     """
     if episodes < 1:
         raise InputError(f"episodes: must be ≥ 1, is {episodes}")
-    choose = _chooser(policy, seed)
+    _, n_states = numbering(env, "observation_space")
+    _, n_actions = numbering(env, "action_space")
+    choose = _chooser(policy, seed, n_states, n_actions)
     runs = [_run(env, choose, seed if k == 0 else None, max_steps) for k in range(episodes)]
     returns, lengths, last_state, terminated, truncated = zip(*runs, strict=True)
     return Episodes(
@@ -159,10 +167,15 @@ def play(
     )
 
 
-def _chooser(policy: np.ndarray, seed: int) -> Callable[[int], int]:
+def _chooser(
+    policy: np.ndarray, seed: int, n_states: int | None, n_actions: int | None
+) -> Callable[[int], int]:
     """What to do in a state, −1 for nothing."""
+    wanted = [n_states, n_actions][: max(1, np.ndim(policy))]
+    if any(n is not None and n != m for n, m in zip(wanted, np.shape(policy), strict=False)):
+        raise InputError(f"{wanted} wanted, got {list(np.shape(policy))}", place="policy")
     if np.ndim(policy) != 2:
-        action = integers(policy, "policy: actions", low=-1)
+        action = integers(policy, "policy: actions", low=-1, below=n_actions)
         return lambda state: int(action[state])
     table = np.asarray(policy, dtype=np.float64)
     total = table.sum(axis=1)
@@ -190,13 +203,17 @@ def _run(
     env: "gymnasium.Env", choose: Callable[[int], int], seed: int | None, max_steps: int
 ) -> tuple[float, int, int, bool, bool]:
     """Return, length, last state, whether the run ended by itself, whether it was cut off."""
-    state, _ = env.reset(seed=seed)
+    first_state, _ = numbering(env, "observation_space")
+    first_action, _ = numbering(env, "action_space")
+    seen, _ = env.reset(seed=seed)
+    state = int(seen) - first_state
     total, steps, terminated, truncated = 0.0, 0, False, False
     while not (terminated or truncated) and steps < max_steps:
-        action = choose(int(state))
+        action = choose(state)
         if action < 0:
             raise InputError(f"policy: no action in state {state}, where the run goes on")
-        state, reward, terminated, truncated, _ = env.step(action)
+        seen, reward, terminated, truncated, _ = env.step(action + first_action)
+        state = int(seen) - first_state
         total, steps = total + float(reward), steps + 1
     # A run that ends by itself in its last allowed step was not cut off.
-    return total, steps, int(state), bool(terminated), bool(truncated and not terminated)
+    return total, steps, state, bool(terminated), bool(truncated and not terminated)

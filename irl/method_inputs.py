@@ -1,15 +1,18 @@
-"""Demonstrations and features in the forms that some methods want them in."""
+"""What every method is given and hands back, and demonstrations in the forms that some want."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from irl.advice import Advice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.problem import LearningProblem
+
+Progress = Callable[[int, float], None]
+"""Told, while a method learns, how many iterations are done, and the objective's value there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,12 +24,14 @@ class Inputs:
         demonstrations: labelled pairs.
         rng: the only source of chance.
         advice: preferred and avoided actions, None if there is no advice.
+        progress: told, after each iteration, how many are done, and the objective's value.
     """
 
     problem: LearningProblem
     demonstrations: Demonstrations
     rng: np.random.Generator
     advice: Advice | None = None
+    progress: Progress | None = None
 
     @property
     def model(self) -> TransitionModel:
@@ -37,6 +42,21 @@ class Inputs:
     def gamma(self) -> float:
         """The discount factor."""
         return self.problem.gamma
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a method hands back: q or, if q follows from it, the reward; and as `Learnt` has it.
+
+    `Learnt` is in ``irl.methods``.
+    """
+
+    reward: np.ndarray | None = None
+    q: np.ndarray | None = None
+    iterations: int | None = None
+    converged: bool | None = None
+    note: str = ""
+    lower: Mapping[str, float] = field(default_factory=dict)
 
 
 def demonstrated(demonstrations: Demonstrations) -> Demonstrations:
@@ -50,6 +70,22 @@ def walks(demonstrations: Demonstrations) -> Demonstrations:
     shown = shown.select(np.lexsort((shown.step, shown.trajectory)))
     breaks = (np.diff(shown.trajectory) != 0) | (np.diff(shown.step) != 1)
     return replace(shown, trajectory=np.r_[0, np.cumsum(breaks)][: len(shown)])
+
+
+def walk_ends(model: TransitionModel, runs: Demonstrations) -> np.ndarray:
+    """The states where walks ended, int64 ``[n]``, the most frequent first.
+
+    That is the likeliest outcome of each walk's last action, whichever came about.
+
+    Args:
+        model: the transition model.
+        runs: demonstrations as `walks` gives them.
+    """
+    last = np.append(np.diff(runs.trajectory) != 0, True)[: len(runs)]
+    rows = model.pair_index(runs.state[last], runs.action[last])
+    ends = np.asarray(model.P[rows].argmax(axis=1)).ravel()
+    states, count = np.unique(ends, return_counts=True)
+    return states[np.argsort(-count, kind="stable")]
 
 
 def labelled_policy(model: TransitionModel, demonstrations: Demonstrations) -> np.ndarray:
@@ -75,21 +111,3 @@ def inverse_temperature(demonstrations: Demonstrations) -> float:
     """
     _, length = np.unique(walks(demonstrations).trajectory, return_counts=True)
     return 10.0 * max(3, int(length.max(initial=0)))
-
-
-def gaussian_bumps(features: np.ndarray, number: int, rng: np.random.Generator) -> np.ndarray:
-    """Basis functions for (3.10), one at each of ``number`` states drawn evenly.
-
-    Each is as wide as the bumps are apart, in the median. Features are first brought to unit
-    variance.
-
-    Returns:
-        float64 ``[n_states, number]``.
-    """
-    spread = features.std(axis=0)
-    x = features / np.where(spread > 0, spread, 1.0)
-    centres = x[np.sort(rng.permutation(len(x))[:number])]
-    apart = cdist(centres, centres)
-    apart[apart == 0] = np.inf
-    width = np.median(apart.min(axis=1))
-    return np.exp(-cdist(x, centres, "sqeuclidean") / (2 * width**2))

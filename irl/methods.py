@@ -23,8 +23,9 @@ What the methods make of the same arguments:
 | behaviour_cloning | no reward: a softmax of the demonstrated actions | classifier's input |
 | planning | a sparse reward per state, soft planning | unused |
 
-Φ of (3.12) is the option ``basis`` if given, one indicator per state on small tasks, and Gaussian
-bumps over the features on large ones. Action values are optimal for the reward learnt, (3.1)–(3.3).
+Φ of (3.12) is the option ``basis`` if given, one indicator per state on small tasks, and on large
+ones Gaussian bumps over the features, as many, as wide and where the demonstrations ask for them
+(`irl.baselines.lp_bumps`). Action values are optimal for the reward learnt, (3.1)–(3.3).
 Advice enters (3.9) as constraints; the other methods take it afterwards, by UpdateQ of Algorithm
 4.1. VR values known beforehand (``LearningProblem.fixed_vr``) are for fa_mlirl, which alone learns
 VR values; state preferences and clusters are for ``irl.active``. ``max_ent`` and ``deep_max_ent``
@@ -41,13 +42,12 @@ itself.
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from irl import method_iterations
-from irl.advice import Advice
+from irl import linear_programs, method_iterations
 from irl.baselines.ascent import AscentConfig, RidgeConfig
 from irl.baselines.behaviour_cloning import behaviour_cloning
 from irl.baselines.bellman_gradient import (
@@ -59,9 +59,6 @@ from irl.baselines.birl import SamplingConfig, birl
 from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
 from irl.baselines.differentiable_planning import HardMax, SoftMax
 from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
-from irl.baselines.linear_programming import lp
-from irl.baselines.lp_advice import TrustConfig, lp_advice
-from irl.baselines.lp_basis import lp_basis
 from irl.baselines.max_ent import max_ent
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.bellman import BellmanTerm
@@ -71,19 +68,17 @@ from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 from irl.method_inputs import (
+    Found,
     Inputs,
+    Progress,
     demonstrated,
-    gaussian_bumps,
     inverse_temperature,
-    labelled_policy,
 )
 from irl.method_iterations import HIDDEN, Iteration, Prepare, planned
 from irl.planning import value_iteration
 from irl.problem import LearningProblem
 from irl.training import TrainingConfig, train
 from irl.vr_function import VRFunction, pin, torch_generator
-
-Found = tuple[np.ndarray | None, np.ndarray | None]  # q or, if it follows from it, the reward
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,12 +92,26 @@ class Learnt:
         seconds: wall time.
         iterations: evaluations of the objective, or training steps; None for a method that does
             not count.
+        converged: whether the method ended where it wanted to; False if the iterations that it
+            was allowed ended it; None if it always takes as many, or does not tell.
+        note: what else is to be known, in one line: that there is no preference, or that
+            demonstrated actions are not the best ones under the reward found.
+        lower: with no preference, the options to learn with in place of those that led to it,
+            such as a lower penalty: ``learn(..., **learnt.lower)``; may be empty.
     """
 
     q: np.ndarray
     reward: np.ndarray | None
     seconds: float
     iterations: int | None
+    converged: bool | None = None
+    note: str = ""
+    lower: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def no_preference(self) -> bool:
+        """Whether the reward is 0 everywhere: then no policy is better than another."""
+        return self.reward is not None and not self.reward.any()
 
 
 @dataclass(frozen=True)
@@ -110,15 +119,16 @@ class Method:
     """A way to learn from demonstrations.
 
     Attributes:
-        fit: from what it is given and its own options to q, or to a reward that q follows from,
-            and the iterations taken.
+        fit: from what it is given and its own options to what it found.
         iterate: prepares iterations to be taken one by one; None for a method that has none.
         takes_advice: whether the method uses the advice itself.
+        penalty: what to change if the reward is 0 everywhere, as a user would be told.
     """
 
-    fit: Callable[..., tuple[Found, int | None]]
+    fit: Callable[..., Found]
     iterate: Prepare | None = None
     takes_advice: bool = False
+    penalty: str = ""
 
     def step(self, given: Inputs) -> Iteration:
         """Prepare one iteration: an evaluation of the objective, its gradient and a step along it.
@@ -157,15 +167,18 @@ def learn(
         features: ``[n_states, d]``, of a size near 1; used as the table above says.
         gamma: discount factor in [0, 1).
         rng: the only source of chance.
-        options: ``advice``, an ``irl.advice.Advice``, and those of the method itself, in place of
-            its defaults.
+        options: ``advice``, an ``irl.advice.Advice``; ``progress``, called by methods that climb
+            or train after each iteration, with the number done and the objective's value, which
+            may end the learning by raising; and those of the method itself, in place of its
+            defaults.
 
     Raises:
         InputError: if the name is unknown, features are missing, or an input is invalid.
     """
     check_choice("method", name, METHODS)
     method, advice = METHODS[name], options.pop("advice", None)
-    given = Inputs(_problem(problem, features, gamma), demonstrations, rng, advice)
+    progress: Progress | None = options.pop("progress", None)
+    given = Inputs(_problem(problem, features, gamma), demonstrations, rng, advice, progress)
     if not isinstance(demonstrations, Demonstrations):
         raise InputError(
             f"Demonstrations wanted, got {type(demonstrations).__name__}; from runs of states "
@@ -174,13 +187,18 @@ def learn(
         )
     demonstrations.check(given.model, "demonstrations")
     began = time.perf_counter()
-    (q, reward), iterations = method.fit(given, **options)
+    found = method.fit(given, **options)
+    q, reward, note = found.q, found.reward, found.note
+    if reward is not None and not reward.any():
+        q = np.where(given.model.mask, 0.0, -np.inf)
+        note = note or f"no preference: R = 0{method.penalty and f'; {method.penalty}'}"
     if q is None:
         assert reward is not None
         _, q = value_iteration(given.model, reward, given.gamma)
     if advice is not None and not method.takes_advice:
         q = advice.apply(q, given.model.mask)
-    return Learnt(q, reward, time.perf_counter() - began, iterations)
+    seconds = time.perf_counter() - began
+    return Learnt(q, reward, seconds, found.iterations, found.converged, note, found.lower)
 
 
 def _problem(
@@ -201,21 +219,23 @@ def _counted(
 ) -> Callable:
     """Fit a reward per state by ``function``, which tells a callback of its evaluations."""
 
-    def fit(given: Inputs, **options: Any) -> tuple[Found, int | None]:
-        count = 0
+    def fit(given: Inputs, **options: Any) -> Found:
+        count, config = 0, config_type(**options)
 
-        def follow(done: int, _: float) -> None:
+        def follow(done: int, value: float) -> None:
             nonlocal count
             count = done
+            if given.progress is not None:
+                given.progress(done, value)
 
         reward, _ = function(
             given.model,
             given.demonstrations,
             gamma=given.gamma,
-            config=config_type(**options),
+            config=config,
             callback=follow,
         )
-        return (None, reward), count
+        return Found(reward, iterations=count, converged=count < config.max_iterations)
 
     return fit
 
@@ -225,7 +245,7 @@ def _fa_mlirl(
     hidden: tuple[int, ...] = HIDDEN,
     training: TrainingConfig | None = None,
     device: str = "cpu",
-) -> tuple[Found, int]:
+) -> Found:
     model, demonstrations = given.model, given.demonstrations
     x = given.problem.required_features()
     network = VRFunction(x.shape[1], hidden, generator=torch_generator(given.rng), device=device)
@@ -240,20 +260,21 @@ def _fa_mlirl(
         bellman = BellmanTerm(
             model, given.gamma, fixed_vr, batch=training.bellman_batch, delta=training.bellman_delta
         )
-    run = train(network, problem, x, training, given.rng, bellman=bellman)
+    run = train(network, problem, x, training, given.rng, bellman=bellman, callback=given.progress)
     f = pin(network.values(x), fixed_vr)
     q = model.q_values(f)
     V = np.where(model.mask.any(axis=1), q.max(axis=1), 0.0)
-    return (q, f - given.gamma * V), run.log_likelihood.size  # R by (3.18)
+    reward = f - given.gamma * V  # (3.18)
+    return Found(reward, q, iterations=run.log_likelihood.size)
 
 
-def _max_ent(given: Inputs, **options: Any) -> tuple[Found, None]:
+def _max_ent(given: Inputs, **options: Any) -> Found:
     shown, config = demonstrated(given.demonstrations), RidgeConfig(**options)
     reward, _ = max_ent(given.model, shown, gamma=given.gamma, config=config)
-    return (None, reward), None
+    return Found(reward)
 
 
-def _deep_max_ent(given: Inputs, **options: Any) -> tuple[Found, int]:
+def _deep_max_ent(given: Inputs, **options: Any) -> Found:
     config = DeepMaxEntConfig(**options)
     reward, _ = deep_max_ent(
         given.model,
@@ -263,34 +284,10 @@ def _deep_max_ent(given: Inputs, **options: Any) -> tuple[Found, int]:
         rng=given.rng,
         config=config,
     )
-    return (None, reward), config.iterations
+    return Found(reward, iterations=config.iterations)
 
 
-def _lp(given: Inputs, slack: float = 0.01, **options: Any) -> tuple[Found, None]:
-    policy = labelled_policy(given.model, given.demonstrations)
-    return (None, lp(given.model, policy, given.gamma, slack=slack, **options)), None
-
-
-def _lp_advice(given: Inputs, **options: Any) -> tuple[Found, None]:
-    advice = given.advice or Advice.none(given.model.n_states, given.model.n_actions)
-    config = TrustConfig(**options)
-    reward = lp_advice(given.model, given.demonstrations, advice, gamma=given.gamma, config=config)
-    return (None, reward), None
-
-
-def _lp_basis(
-    given: Inputs, basis: np.ndarray | None = None, bumps: int = 256, **options: Any
-) -> tuple[Found, None]:
-    policy = labelled_policy(given.model, given.demonstrations)
-    if basis is None and given.model.n_states > bumps:
-        basis = gaussian_bumps(given.problem.required_features(), bumps, given.rng)
-    reward, _ = lp_basis(given.model, policy, basis, gamma=given.gamma, **options)
-    return (None, reward), None
-
-
-def _birl(
-    given: Inputs, sampling: SamplingConfig | None = None, **options: Any
-) -> tuple[Found, int]:
+def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any) -> Found:
     sampling = sampling or SamplingConfig()
     posterior = birl(
         given.model,
@@ -301,30 +298,36 @@ def _birl(
         **options,
     )
     proposals = sampling.chains * (sampling.burn_in + sampling.samples * sampling.thin)
-    return (None, posterior.reward), proposals
+    return Found(posterior.reward, iterations=proposals)
 
 
-def _behaviour_cloning(given: Inputs, **options: Any) -> tuple[Found, None]:
+def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
     config = RidgeConfig(**options)
     log_pi, _ = behaviour_cloning(
         given.model, given.demonstrations, given.problem.features, config=config
     )
-    return (log_pi, None), None
+    return Found(q=log_pi)
 
 
 METHODS: Mapping[str, Method] = {
     "fa_mlirl": Method(_fa_mlirl, method_iterations.fa_mlirl),
-    "max_ent": Method(_max_ent, method_iterations.max_ent),
+    "max_ent": Method(_max_ent, method_iterations.max_ent, penalty="lower l2"),
     "deep_max_ent": Method(_deep_max_ent, method_iterations.deep_max_ent),
     "bellman_gradient": Method(
         _counted(linear_mlirl, BellmanGradientConfig),
         planned(smooth_maximum("soft", SHARPNESS)),
     ),
     "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), planned(HardMax())),
-    "lp": Method(_lp),
-    "lp_advice": Method(_lp_advice, takes_advice=True),
-    "lp_basis": Method(_lp_basis),
+    "lp": Method(linear_programs.largest_margins),
+    "lp_advice": Method(
+        linear_programs.with_advice,
+        takes_advice=True,
+        penalty="raise demonstration_trust or advice_trust",
+    ),
+    "lp_basis": Method(linear_programs.over_basis),
     "birl": Method(_birl, method_iterations.birl),
     "behaviour_cloning": Method(_behaviour_cloning, method_iterations.behaviour_cloning),
-    "planning": Method(_counted(sparse_planning, SparseConfig), planned(SoftMax())),
+    "planning": Method(
+        _counted(sparse_planning, SparseConfig), planned(SoftMax()), penalty="lower sparsity"
+    ),
 }

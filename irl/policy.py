@@ -47,6 +47,9 @@ class Policy:
     ) -> "Policy":
         """Act by (3.3), π(s) = argmax_a Q(s, a), over feasible actions; ties go to the lowest.
 
+        The actions are decided by the numbers as they come. What is kept of them, float32, has its
+        largest entry in each row at the action chosen, whatever their scale and offset.
+
         Args:
             q: action values ``[n_states, n_actions]``; −∞ marks an avoided action, which is
                 taken only where every feasible action is avoided.
@@ -57,17 +60,30 @@ class Policy:
             seed: the seed.
 
         Raises:
-            InputError: if shapes differ or a feasible pair's value is NaN.
+            InputError: if shapes differ, or a feasible pair's value is NaN or +∞.
         """
         if np.shape(q) != np.shape(mask) or np.ndim(q) != 2:
             raise InputError(f"policy: q {np.shape(q)} and mask {np.shape(mask)} must agree")
-        q = np.where(mask, q, -np.inf).astype(np.float32)
-        if np.isnan(q).any():
-            raise InputError("policy: field 'q' holds NaN for a feasible pair")
+        q = np.where(mask, q, -np.inf).astype(np.float64)
+        if np.isnan(q).any() or np.isposinf(q).any():
+            raise InputError("policy: field 'q' holds NaN or +∞ for a feasible pair")
         # Lifting −∞ to the lowest finite number keeps avoided actions above infeasible ones.
-        ranked = np.where(mask, np.maximum(q, np.finfo(np.float32).min), -np.inf)
+        ranked = np.where(mask, np.maximum(q, np.finfo(np.float64).min), -np.inf)
         action = np.where(mask.any(axis=1), ranked.argmax(axis=1), -1).astype(np.int64)
-        return cls(action, q, dict(weights or {}), task_hash, algorithm, seed)
+        return cls(action, _rounded(q, action), dict(weights or {}), task_hash, algorithm, seed)
+
+
+def _rounded(q: np.ndarray, action: np.ndarray) -> np.ndarray:
+    """``q`` as float32, the first largest entry of each row where ``action`` is, if not −1.
+
+    Numbers that float32 cannot tell apart would leave ties, and numbers that it cannot hold become
+    infinite; where that hides the choice, the action chosen gets the next number above the others.
+    """
+    most = np.nextafter(np.finfo(np.float32).max, np.float32(0))  # leaves one above
+    kept = np.where(np.isneginf(q), q, np.clip(q, -most, most)).astype(np.float32)
+    hidden = np.flatnonzero((action >= 0) & (kept.argmax(axis=1) != action))
+    kept[hidden, action[hidden]] = np.nextafter(kept[hidden].max(axis=1), np.float32(np.inf))
+    return kept
 
 
 def save_policy(policy: Policy, path: Path) -> None:

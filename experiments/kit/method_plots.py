@@ -38,14 +38,14 @@ class Panel:
     Attributes:
         title: what the panel is about.
         label: what is measured, with its unit, along the axis.
-        values: one for each method.
+        values: one for each method; None where it found no preference.
         best: what the demonstrator, or the true reward's own policy, gets.
         intervals: low and high of each method, if known.
     """
 
     title: str
     label: str
-    values: Sequence[float]
+    values: Sequence[float | None]
     best: float
     intervals: Sequence[Sequence[float]] | None = None
 
@@ -71,11 +71,12 @@ def plot_methods(
     axes = figure.subplots(1, len(panels) + 1, sharey=True)
     names = [NAMES[method] for method in methods]
     for axis, panel in zip(axes, panels, strict=False):
-        axis.barh(names, panel.values, color="#92c5de", label="policy that was learnt")
+        values = [np.nan if value is None else value for value in panel.values]
+        axis.barh(names, values, color="#92c5de", label="policy that was learnt")
         if panel.intervals is not None:
-            error = np.abs(np.array(panel.intervals).T - np.array(panel.values))
+            error = np.abs(np.array(panel.intervals).T - np.array(values))
             axis.errorbar(
-                panel.values, names, xerr=error, fmt="none", color="#2166ac", capsize=2, lw=1,
+                values, names, xerr=error, fmt="none", color="#2166ac", capsize=2, lw=1,
                 label="95 % interval",
             )  # fmt: skip
         axis.axvline(panel.best, color="k", lw=1.2, ls="--", label="policy of the demonstrator")
@@ -101,11 +102,15 @@ def _finish(axis: Axes, title: str, label: str) -> None:
     axis.set_axisbelow(True)
 
 
-def _write(axis: Axes, values: Sequence[float]) -> None:
+def _write(axis: Axes, values: Sequence[float | None]) -> None:
     """Write each value at the left, with two digits after the point, or two that count."""
     for row, value in enumerate(values):
-        size = abs(value)
-        text = f"{value:.0f}" if size >= 10 else f"{value:.2f}" if size >= 0.1 else f"{value:.2g}"
+        if value is None:
+            text = "no preference"
+        elif abs(value) >= 10:
+            text = f"{value:.0f}"
+        else:
+            text = f"{value:.2f}" if abs(value) >= 0.1 else f"{value:.2g}"
         axis.text(
             0.02, row, text, transform=axis.get_yaxis_transform(), va="center", fontsize=8,
             bbox={"facecolor": "white", "alpha": 0.6, "edgecolor": "none", "pad": 1},

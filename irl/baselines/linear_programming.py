@@ -18,6 +18,8 @@ from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix
 
+_NOTHING = 1e-7  # sum of margins, per unit of reward, that is the solver's tolerance
+
 
 def lp(
     model: TransitionModel,
@@ -32,7 +34,8 @@ def lp(
 
     A state's margin is by how much Q(s, π(s)) exceeds the best of its *other feasible* actions;
     a state with one action has none. R = 0 always satisfies the constraints, so a solution
-    exists; where l1 outweighs every margin, it is R = 0 itself.
+    exists; where l1 outweighs every margin (`largest_l1`), or no reward has any, it is R = 0
+    itself.
 
     The sum is often largest where some margins are 0, and then other policies, good or bad, share
     ``policy``'s rank under R. A second program undoes that: among the rewards that keep all but a
@@ -61,14 +64,14 @@ def lp(
     policy = checked_policy(model, policy)
     check_range("l1", l1, 0.0)
     check_range("slack", slack, 0.0, 1.0)
-    lead, margin = leads(model, policy)
-    m, k = int(margin.max(initial=-1)) + 1, margin.size
-    of_pair = sparse.csr_matrix((np.ones(k), (np.arange(k), margin)), shape=(k, m))
-    program = RewardProgram(
-        transition_matrix(model, policy), gamma, r_max, lead, of_pair, lower=np.zeros(m)
-    )
+    program = _margins(model, policy, gamma, r_max)
+    lead, of_pair, m, k = program.lead, program.extra, program.lower.size, program.lead.shape[0]
+    if m == 0:
+        return np.zeros(model.n_states)
     objective = program.objective(l1, np.ones(m))
     R, margins = program.maximise(objective)
+    if margins.sum() <= _NOTHING * r_max:
+        return np.zeros(model.n_states)
     if slack == 0:
         return R
     # The smallest margin is one variable more, with a row for each margin that bounds it.
@@ -87,6 +90,45 @@ def lp(
     )[0]
 
 
+def largest_l1(model: TransitionModel, policy: np.ndarray, gamma: float) -> float:
+    """The λ of (3.7) from which R = 0 is best: the largest sum of margins for Σ_s |R(s)| = 1.
+
+    It does not depend on ``r_max``: margins are as large as the reward is.
+
+    Args:
+        model: the transition model.
+        policy: as for `lp`.
+        gamma: discount factor in [0, 1).
+
+    Returns:
+        0 if no reward has a margin, as where no state offers a choice, or choices contradict one
+        another.
+
+    Raises:
+        InputError: as `lp`.
+        RuntimeError: if the solver stops without an optimum.
+    """
+    policy = checked_policy(model, policy)
+    program = _margins(model, policy, gamma, 1.0)
+    m = program.lower.size
+    if m == 0:
+        return 0.0
+    price = program.objective(1.0, np.zeros(m))
+    _, margins = program.maximise(program.objective(0.0, np.ones(m)), (price, -1.0))
+    return float(margins.sum()) if margins.sum() > _NOTHING else 0.0
+
+
+def _margins(
+    model: TransitionModel, policy: np.ndarray, gamma: float, r_max: float
+) -> "RewardProgram":
+    """The program (3.7), with a margin from 0 for each state that offers a choice."""
+    lead, margin = leads(model, policy)
+    m, k = int(margin.max(initial=-1)) + 1, margin.size
+    of_pair = sparse.csr_matrix((np.ones(k), (np.arange(k), margin)), shape=(k, m))
+    P_pi = transition_matrix(model, policy)
+    return RewardProgram(P_pi, gamma, r_max, lead, of_pair, lower=np.zeros(m))
+
+
 def leads(model: TransitionModel, policy: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
     """What a policy's choice has over each action that it passes over: P_π − P_a.
 
@@ -101,6 +143,20 @@ def leads(model: TransitionModel, policy: np.ndarray) -> tuple[sparse.csr_matrix
     state = model.pair_state[passed]
     rows = model.P[model.pair_index(state, policy[state])] - model.P[passed]
     return rows.tocsr(), np.unique(state, return_inverse=True)[1]
+
+
+def margins(model: TransitionModel, q: np.ndarray, policy: np.ndarray) -> np.ndarray:
+    """By how much Q(s, π(s)) exceeds the best of the other actions, in each state with a choice.
+
+    Args:
+        model: the transition model.
+        q: action values ``[n_states, n_actions]``.
+        policy: integer ``[n_states]``, −1 for none.
+    """
+    states = np.flatnonzero((policy >= 0) & (model.widths > 1))
+    others = np.where(model.mask[states], q[states], -np.inf)
+    others[np.arange(states.size), policy[states]] = -np.inf
+    return q[states, policy[states]] - others.max(axis=1, initial=-np.inf)
 
 
 @dataclass

@@ -29,8 +29,12 @@ def lp_basis(
     *,
     gamma: float,
     states: np.ndarray | None = None,
+    elsewhere: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the weights under which ``policy`` leads most in the sampled states (3.12).
+
+    ω = 0 leads nowhere and violates nothing. It is what is found where no ω does better, or where
+    no sampled state offers a choice.
 
     Args:
         model: the transition model.
@@ -39,6 +43,8 @@ def lp_basis(
         features: Φ, ``[n_states, d]``; one indicator per state if absent.
         gamma: discount factor in [0, 1).
         states: S₀, indices of the sampled states; all if absent.
+        elsewhere: what is done where ``policy`` is −1 and something can be done, probabilities
+            ``[n_states, n_actions]``; if absent, a run ends there.
 
     Returns:
         R ``[n_states]``, earned on entering a state, and ω ``[d]``.
@@ -51,24 +57,36 @@ def lp_basis(
     phi = state_features(model, features)
     policy = checked_policy(model, policy)
     check_range("gamma", gamma, 0, 1, open_high=True)
-    f = entry_values(transition_matrix(model, policy), phi, gamma)
+    valued = policy
+    if elsewhere is not None:
+        valued = np.where(
+            policy[:, None] >= 0, np.arange(model.n_actions) == policy[:, None], elsewhere
+        )
+    f = entry_values(transition_matrix(model, valued), phi, gamma)
     sampled = np.full(model.n_states, -1, dtype=np.int64)
     inside = slice(None) if states is None else states
     sampled[inside] = policy[inside]
     lead, state = leads(model, sampled)
     lead = lead @ f
+    if state.size == 0:
+        return np.zeros(model.n_states), np.zeros(phi.shape[1])
     m, k, d = int(state.max(initial=-1)) + 1, state.size, phi.shape[1]
     of_pair = sparse.csr_matrix((np.ones(k), (np.arange(k), state)), shape=(k, m))
     # p grows with x, so the least p(x) is p of the least x. That is gain − loss, both from 0, and
     # p of it is gain − 2 loss.
-    answer = linprog(
-        np.concatenate([np.zeros(d), -np.ones(m), np.full(m, 2.0)]),
-        A_ub=sparse.hstack([sparse.csr_matrix(-lead), of_pair, -of_pair], format="csr"),
-        b_ub=np.zeros(k),
-        bounds=np.array([[-1.0, 1.0]] * d + [[0.0, np.inf]] * (2 * m)),
-    )
+    program = {
+        "c": np.concatenate([np.zeros(d), -np.ones(m), np.full(m, 2.0)]),
+        "A_ub": sparse.hstack([sparse.csr_matrix(-lead), of_pair, -of_pair], format="csr"),
+        "b_ub": np.zeros(k),
+        "bounds": np.array([[-1.0, 1.0]] * d + [[0.0, np.inf]] * (2 * m)),
+    }
+    answer = linprog(**program)
+    if answer.x is None or not answer.success:  # features that nearly depend on one another
+        answer = linprog(**program, method="highs-ipm")
     if answer.x is None or not answer.success:
         raise RuntimeError(f"linear program: no optimum found ({answer.message})")
+    if -answer.fun <= 1e-9 * np.abs(lead).max():
+        return np.zeros(model.n_states), np.zeros(d)
     weights = answer.x[:d]
     return phi @ weights, weights
 

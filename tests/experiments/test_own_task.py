@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from experiments import own_task, toy_text
 from experiments.own_task import workshop
 from irl.policy import load_policy
 from irl.task_data import EVIDENCE, load_task
@@ -93,3 +94,22 @@ def test_toy_worlds_are_learnt_and_played(tmp_path, command):
         assert row["return"] >= row["optimal"] - slack
         low, high = row["success_interval"]
         assert low <= row["success"] <= high + 1e-12
+
+
+def test_no_preference_is_told_in_place_of_shares(capsys):
+    rows = [
+        {
+            "method": "lp",
+            "success_mdp": None,
+            "accuracy_optimal_all": None,
+            "seconds": 0.1,
+            "note": "no preference: R = 0 is best at l1 = 9; lower l1 below 2",
+        }
+    ]
+    own_task.show(rows, 0.9)
+    assert "LP (3.7)                    no preference: R = 0 is best" in capsys.readouterr().out
+    assert "0 of 1 methods" in own_task.interpretation(rows, 0.9)
+    toy = {"environment": "FrozenLake-v1", **rows[0], "return": None, "optimal": 1.0}
+    toy_text.show([toy])
+    assert "lp                 no preference: R = 0 is best" in capsys.readouterr().out
+    assert "0 of 1 in FrozenLake-v1" in toy_text.interpretation([toy])

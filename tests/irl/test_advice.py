@@ -3,6 +3,7 @@ import pytest
 
 from irl.advice import Advice
 from irl.errors import InputError
+from irl.policy import Policy
 
 INF = np.inf
 Q = np.array([[0.5, -0.5, 0.1], [0.2, 0.3, -INF], [0.4, -INF, -INF]])
@@ -66,3 +67,33 @@ def test_bad_answers_are_named(answer, message):
 def test_unknown_mode_lists_the_known():
     with pytest.raises(InputError, match=r"avoid.*mask, thesis"):
         advised().apply(Q, MASK, avoid="never")
+
+
+@pytest.mark.parametrize("avoid", ["mask", "thesis"])
+@pytest.mark.parametrize("preferred", range(3))
+def test_a_preferred_action_wins_ties(avoid, preferred):
+    mask = np.ones((4, 3), dtype=bool)
+    # Nothing to gain a share of, twice; level after the gain (0.5 + 0.1 = 0.6); and by far.
+    q = np.array([[0.0, 0.0, 0.0], [5e-324] * 3, [0.6, 0.6, 0.6], [-7.0, -7.0, -7.0]])
+    q[2, preferred] = 0.5
+    advice = Advice.none(4, 3).add(range(4), preferred=[preferred], avoided=[])
+    out = advice.apply(q, mask, avoid)
+    assert out.argmax(axis=1).tolist() == [preferred] * 4
+    assert Policy.from_q(out, mask).action.tolist() == [preferred] * 4
+    np.testing.assert_allclose(out[2], 0.6, rtol=1e-15)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_an_avoided_action_is_never_the_best_whatever_the_scale(scale):
+    q, mask = scale * np.array([[-3.0, -2.5, -4.0]]), np.ones((1, 3), dtype=bool)
+    advice = Advice.none(1, 3).add([0], [], avoided=[1])
+    for avoid in ("mask", "thesis"):
+        out = advice.apply(q, mask, avoid)
+        assert Policy.from_q(out, mask).action.tolist() == [0]
+        np.testing.assert_array_equal(out[0, [0, 2]], q[0, [0, 2]])
+
+
+def test_a_preference_does_not_revive_what_was_excluded():
+    q, mask = np.array([[-INF, 0.5]]), np.ones((1, 2), dtype=bool)
+    advice = Advice.none(1, 2).add([0], preferred=[0], avoided=[])
+    np.testing.assert_array_equal(advice.apply(q, mask), q)

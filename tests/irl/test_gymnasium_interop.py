@@ -273,3 +273,87 @@ def test_gymnasiums_own_limit_is_a_truncation():
     episodes = play(env, np.zeros(48, int), seed=0, episodes=2)
     assert episodes.truncated.all()
     assert not episodes.terminated.any()
+
+
+class Shifted:
+    """FrozenLake as an environment that counts states and actions from other numbers than 0."""
+
+    def __init__(self, states=3, actions=7):
+        self.inner, spaces = make("FrozenLake-v1"), pytest.importorskip("gymnasium.spaces")
+        self.observation_space = spaces.Discrete(16, start=states)
+        self.action_space = spaces.Discrete(4, start=actions)
+        self.initial_state_distrib = self.inner.unwrapped.initial_state_distrib
+        self.unwrapped = self
+        self.P = {
+            s + states: {
+                a + actions: [(p, t + states, r, end) for p, t, r, end in outcomes]
+                for a, outcomes in row.items()
+            }
+            for s, row in self.inner.unwrapped.P.items()
+        }
+
+    def reset(self, seed):
+        state, told = self.inner.reset(seed=seed)
+        return state + self.observation_space.start, told
+
+    def step(self, action):
+        assert self.action_space.contains(action)
+        state, *rest = self.inner.step(action - self.action_space.start)
+        return state + self.observation_space.start, *rest
+
+
+def test_spaces_that_do_not_start_at_0_are_read_and_played_alike():
+    env, plain = Shifted(), make("FrozenLake-v1")
+    world, same = from_gymnasium(env), from_gymnasium(plain)
+    np.testing.assert_array_equal(world.model.P.toarray(), same.model.P.toarray())
+    np.testing.assert_array_equal(world.pair_reward, same.pair_reward)
+    np.testing.assert_array_equal(world.terminal, same.terminal)
+    best = optimal_q(world)[1].argmax(axis=1)
+    ours, theirs = (play(e, best, seed=0, episodes=30) for e in (env, plain))
+    np.testing.assert_array_equal(ours.returns, theirs.returns)
+    np.testing.assert_array_equal(ours.last_state, theirs.last_state)
+
+
+@pytest.mark.parametrize("form", ["lists", "array"])
+def test_tables_come_as_lists_and_as_arrays(form):
+    plain = make("FrozenLake-v1")
+    table = [[plain.unwrapped.P[s][a] for a in range(4)] for s in range(16)]
+    if form == "array":  # as many outcomes each, those that never happen with probability 0
+        table = np.array([[(row + [(0, 0, 0, False)] * 3)[:3] for row in rows] for rows in table])
+        assert table.shape == (16, 4, 3, 4)
+    start = plain.unwrapped.initial_state_distrib
+    world, same = from_gymnasium(small(table, start)), from_gymnasium(plain)
+    np.testing.assert_array_equal(world.model.P.toarray(), same.model.P.toarray())
+    np.testing.assert_array_equal(world.pair_reward, same.pair_reward)
+
+
+def test_a_table_of_unknown_numbering_or_form_is_refused_by_name():
+    spaces = pytest.importorskip("gymnasium.spaces")
+    env = small({1: {0: [(1.0, 1, 0.0, True)]}, 0: {0: [(1.0, 1, 0.0, True)]}})
+    env.unwrapped.observation_space = spaces.Discrete(2, start=1)  # and the table counts from 0
+    assert from_gymnasium(env).terminal.tolist() == [1]
+    env.unwrapped.P = {1: {0: [(1.0, 1, 0.0, True)]}}  # the first, or the second?
+    with pytest.raises(InputError, match=r"P, states: 1…1 fit counting from either.*0…1, 1…2"):
+        from_gymnasium(env)
+    env.unwrapped.P = {5: {0: [(1.0, 5, 0.0, True)]}}
+    with pytest.raises(InputError, match="counting from neither"):
+        from_gymnasium(env)
+    for table, words in (
+        ("a", "a dict, a list or an array wanted, got str"),
+        (np.full((2, 1, 2), 0.5), r"P\[0\]\[0\]: \(probability, next state"),
+        ({0: {0: [(1.0, 0.5, 0.0, True)]}}, "next state"),
+    ):
+        with pytest.raises(InputError, match=words):
+            env.unwrapped.P = table
+            from_gymnasium(env)
+
+
+def test_a_policy_of_another_environment_is_refused():
+    with pytest.raises(InputError, match=r"policy: \[16\] wanted, got \[64\]"):
+        play(make("FrozenLake-v1"), np.zeros(64, int), seed=0)
+    with pytest.raises(InputError, match=r"policy: \[16, 4\] wanted, got \[16, 5\]"):
+        play(make("FrozenLake-v1"), np.full((16, 5), 0.2), seed=0)
+    with pytest.raises(InputError, match="must lie in -1…3, is 4"):
+        play(make("FrozenLake-v1"), np.full(16, 4), seed=0)
+    with pytest.raises(InputError, match=r"observation_space: a discrete space wanted.*Tuple"):
+        play(make("Blackjack-v1"), np.zeros(16, int), seed=0)

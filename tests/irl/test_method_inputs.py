@@ -4,9 +4,9 @@ import pytest
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.method_inputs import (
-    gaussian_bumps,
     inverse_temperature,
     labelled_policy,
+    walk_ends,
     walks,
 )
 
@@ -31,14 +31,6 @@ def test_unlabelled_states_end_a_run(chain):
     assert policy.tolist() == [1, -1, 0, -1]
 
 
-def test_bumps_peak_at_their_states():
-    x = np.random.default_rng(0).random((40, 2)) * [1.0, 100.0]
-    phi = gaussian_bumps(x, 12, np.random.default_rng(1))
-    assert phi.shape == (40, 12)
-    assert (phi.max(axis=0) == 1.0).all()
-    assert ((phi >= 0) & (phi <= 1)).all()
-
-
 def test_inverse_temperature_grows_with_the_longest_walk():
     one = Demonstrations.from_pairs([(0, 1)])
     assert inverse_temperature(one) == 30.0
@@ -51,3 +43,11 @@ def test_missing_inputs_are_named(chain):
         labelled_policy(chain, Demonstrations.empty())
     with pytest.raises(InputError, match="not feasible"):
         labelled_policy(chain, Demonstrations.from_pairs([(3, 0)]))
+
+
+def test_walks_end_where_their_last_move_leads(chain):
+    runs = [[(0, 1), (1, 1)], [(0, 1), (1, 1)], [(1, 0)]]
+    shown = walks(Demonstrations.from_trajectories(runs))
+    after = [int(chain.P[chain.pair_index(*pair)].toarray().argmax()) for pair in ((1, 1), (1, 0))]
+    assert walk_ends(chain, shown).tolist() == after
+    assert walk_ends(chain, walks(Demonstrations.empty())).size == 0

@@ -232,3 +232,55 @@ def test_runs_glued_together_are_refused_and_parted_on_request(worlds, name):
     assert places == 3
     learnt = learn(name, problem, parted, rng=np.random.default_rng(0))
     assert world.value_share(learnt.q) >= 0.99
+
+
+@pytest.mark.parametrize("name", ["linear_mlirl", "bellman_gradient", "planning"])
+def test_methods_tell_their_progress_and_whether_they_converged(worlds, name):
+    world, told = worlds[5], []
+    problem = LearningProblem(world.model, gamma=GAMMA)
+
+    def fit(**options):
+        rng = np.random.default_rng(0)
+        return learn(name, problem, world.walks, rng=rng, progress=told_of, **options)
+
+    def told_of(done, value):
+        told.append((done, value))
+
+    short = fit(max_iterations=3)
+    assert [done for done, _ in told] == [1, 2, 3]
+    assert np.isfinite([value for _, value in told]).all()
+    assert short.iterations == 3
+    assert short.converged is False
+    told.clear()
+    whole = fit(tolerance=1e-2, max_iterations=2000)
+    assert whole.converged is True
+    assert whole.iterations == len(told) < 2000
+
+
+def test_training_tells_its_progress_too(worlds):
+    world, told = worlds[5], []
+    problem = LearningProblem(world.model, world.grid.features, gamma=GAMMA)
+    learn(
+        "fa_mlirl",
+        problem,
+        world.walks,
+        rng=np.random.default_rng(0),
+        progress=lambda done, _: told.append(done),
+        training=TrainingConfig(iterations=7),
+    )
+    assert told == list(range(1, 8))
+
+
+def test_progress_can_end_the_learning(worlds):
+    world = worlds[5]
+
+    class EnoughError(Exception):
+        pass
+
+    def stop(done, _):
+        if done == 2:
+            raise EnoughError
+
+    problem = LearningProblem(world.model, gamma=GAMMA)
+    with pytest.raises(EnoughError):
+        learn("planning", problem, world.walks, rng=np.random.default_rng(0), progress=stop)

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -32,7 +33,48 @@ def test_an_avoided_action_is_taken_only_for_want_of_another():
     assert Policy.from_q(q, mask).action.tolist() == [1, 1]
 
 
+def wanted(q, mask):
+    """The first feasible action of highest value, number by number, in exact arithmetic."""
+    found = []
+    for values, feasible in zip(q, mask, strict=True):
+        ranked = [(-Fraction(v), a) for a, v in enumerate(values.tolist()) if feasible[a]]
+        found.append(min(ranked)[1] if ranked else -1)
+    return found
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e9, -1e9, 3e15])
+@pytest.mark.parametrize("scale", [1e-60, 1e-9, 1.0, 1e30, 1e60, 1e300])
+def test_the_file_acts_as_the_values_do_whatever_their_scale_and_offset(tmp_path, scale, offset):
+    rng = np.random.default_rng(0)
+    q = rng.normal(size=(200, 5)) * scale + offset
+    q[:40] = np.round(q[:40] / scale) * scale  # ties
+    mask = rng.random(q.shape) < 0.7
+    mask[:3] = False
+    policy = Policy.from_q(q, mask)
+    assert policy.action.tolist() == wanted(q, mask)
+    save_policy(policy, tmp_path / "p.safetensors")
+    read = load_policy(tmp_path / "p.safetensors")
+    np.testing.assert_array_equal(read.action, policy.action)
+    acting = mask.any(axis=1)
+    np.testing.assert_array_equal(read.q.argmax(axis=1)[acting], policy.action[acting])
+    np.testing.assert_array_equal(np.isfinite(read.q), mask)
+
+
+def test_what_is_kept_says_which_avoided_action_is_taken():
+    mask = np.array([[False, True, True]])
+    policy = Policy.from_q(np.array([[0.0, -np.inf, -np.inf]]), mask)
+    assert policy.q.argmax(axis=1).tolist() == policy.action.tolist() == [1]
+
+
+def test_what_float32_tells_apart_is_kept_as_it_is():
+    q = np.random.default_rng(0).normal(size=(50, 4))
+    kept = Policy.from_q(q, np.ones(q.shape, bool)).q
+    np.testing.assert_array_equal(kept, q.astype(np.float32))
+
+
 def test_nan_and_disagreeing_shapes_are_refused():
+    with pytest.raises(InputError, match="NaN"):
+        Policy.from_q(np.array([[np.inf]]), np.array([[True]]))
     with pytest.raises(InputError, match="NaN"):
         Policy.from_q(np.array([[np.nan]]), np.array([[True]]))
     assert Policy.from_q(np.array([[np.nan, 0]]), np.array([[False, True]])).action.tolist() == [1]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from irl.baselines.linear_programming import lp
+from irl.baselines.linear_programming import largest_l1, lp, margins
 from irl.domains.gridworld import ACTIONS
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -72,6 +72,63 @@ def test_two_ends_have_their_closed_form():
     policy = np.array([0, -1, -1])
     np.testing.assert_allclose(lp(ends, policy, GAMMA, l1=0.9, r_max=5.0), [0, 5, -5], atol=1e-9)
     np.testing.assert_allclose(lp(ends, policy, GAMMA, l1=1.1, r_max=5.0), 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("slack", [0.0, 0.01, 1.0])
+@pytest.mark.parametrize("l1", [0.0, 1.0])
+def test_without_a_choice_there_is_no_reward(chain, slack, l1):
+    # Where one action is feasible, or nothing was shown, R = 0 is as good as any.
+    only = TransitionModel.from_entries(
+        3, 2, np.array([0, 1]), np.array([1, 0]), np.array([1, 2]), np.ones(2)
+    )
+    for model, policy in ((only, [1, 0, -1]), (chain, [-1, -1, -1, -1])):
+        R = lp(model, np.array(policy), GAMMA, l1=l1, slack=slack)
+        np.testing.assert_array_equal(R, np.zeros(model.n_states))
+        assert largest_l1(model, np.array(policy), GAMMA) == 0
+
+
+def test_choices_that_contradict_one_another_have_no_reward():
+    # 0 and 1 enter the same ends, 2 and 3; the policy prefers 2 in one and 3 in the other.
+    ends = TransitionModel.from_entries(
+        4, 2, np.repeat([0, 1], 2), np.tile([0, 1], 2), np.tile([2, 3], 2), np.ones(4)
+    )
+    policy = np.array([0, 1, -1, -1])
+    for slack in (0.0, 0.01):
+        np.testing.assert_array_equal(lp(ends, policy, GAMMA, l1=0.0, slack=slack), np.zeros(4))
+    assert largest_l1(ends, policy, GAMMA) == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_price_from_which_no_reward_is_best(random_model, seed):
+    rng = np.random.default_rng(seed)
+    model = random_model(rng, n_states=12, n_actions=3)
+    _, Q = value_iteration(model, rng.normal(size=12), GAMMA, terminal=[4])
+    policy = np.where(np.isfinite(Q).any(axis=1), Q.argmax(axis=1), -1)
+    most = largest_l1(model, policy, GAMMA)
+    # By bisection of the dense program's optimum, which is 0 from there.
+    low, high = 0.0, 100.0
+    for _ in range(40):
+        middle = (low + high) / 2
+        if dense_optimum(model, policy, GAMMA, middle, 1.0) > 1e-7:
+            low = middle
+        else:
+            high = middle
+    assert most == pytest.approx(low, rel=1e-4)
+    assert lp(model, policy, GAMMA, l1=0.99 * most).any()
+    assert not lp(model, policy, GAMMA, l1=1.01 * most).any()
+
+
+def test_margins_are_over_the_best_other_action(stochastic):
+    q = np.random.default_rng(1).normal(size=(12, 3))
+    q[~stochastic.mask] = 100.0
+    policy = np.array([stochastic.actions_of(s)[0] for s in range(11)] + [-1])
+    policy[3] = -1
+    expected = [
+        q[s, policy[s]] - max(q[s, a] for a in stochastic.actions_of(s) if a != policy[s])
+        for s in range(11)
+        if policy[s] >= 0 and len(stochastic.actions_of(s)) > 1
+    ]
+    np.testing.assert_array_equal(margins(stochastic, q, policy), expected)
 
 
 @pytest.mark.parametrize("grid", [5, 15], indirect=True)

@@ -38,6 +38,46 @@ def test_no_weights_do_better(random_model, seed):
     assert reached - 0.1 * abs(reached) <= others.max() <= reached + 1e-9
 
 
+def test_unlabelled_states_are_valued_by_what_is_done_there(random_model):
+    rng = np.random.default_rng(5)
+    model = random_model(rng, n_states=12, n_actions=3)
+    policy = np.full(12, -1)
+    policy[:4] = [rng.choice(model.actions_of(s)) for s in range(4)]
+    even = model.mask / np.maximum(model.mask.sum(axis=1, keepdims=True), 1)
+    features = rng.normal(size=(12, 2))
+    _, weights = lp_basis(model, policy, features, gamma=GAMMA, elsewhere=even)
+    done = even.copy()
+    done[range(4)] = np.eye(3)[policy[:4]]
+    P_pi = np.zeros((12, 12))
+    for s, a, row in zip(model.pair_state, model.pair_action, model.P.toarray(), strict=True):
+        P_pi[s] += done[s, a] * row
+    f = np.linalg.solve(np.eye(12) - GAMMA * P_pi, features)
+
+    def total(columns):
+        found = 0.0
+        for s in range(4):
+            rows = [model.pair_index(s, a) for a in model.actions_of(s) if a != policy[s]]
+            if rows:
+                lead = (P_pi[s] - model.P[rows].toarray()) @ f @ columns
+                found = found + np.where(lead >= 0, lead, 2 * lead).min(axis=0)
+        return found
+
+    steps = np.linspace(-1, 1, 41)
+    scan = total(np.stack(np.meshgrid(steps, steps)).reshape(2, -1))
+    reached = total(weights[:, None]).item()
+    assert scan.max() - 1e-9 <= reached <= scan.max() + 0.1 * abs(reached)
+
+
+def test_no_weights_where_none_do_better():
+    only = TransitionModel.from_entries(
+        2, 1, np.array([0]), np.array([0]), np.array([1]), np.ones(1)
+    )
+    for policy in ([0, -1], [-1, -1]):
+        R, weights = lp_basis(only, np.array(policy), np.array([[0.3], [1.0]]), gamma=GAMMA)
+        assert not R.any()
+        assert not weights.any()
+
+
 def test_values_follow_from_the_features(stochastic):
     rng = np.random.default_rng(0)
     policy = np.array([stochastic.actions_of(s)[0] for s in range(11)] + [-1])

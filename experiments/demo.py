@@ -24,7 +24,6 @@ from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.choices import Limits, Settings
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
-from models.task.spaces import N_FREE
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class Config(Settings):
     """Who demonstrates and advises. The learner never sees the simulated mind's reward or goal."""
     learning: LearningConfig = field(default_factory=LearningConfig)
     """What the learner sees, and how much it is shown before it asks."""
-    starts: Annotated[int, Limits(0, N_FREE)] = 3
+    starts: Annotated[int, Limits(0, 1_000_000)] = 3
     """How many episodes are played in the Drake diagram; 0 plays none."""
     max_actions: Annotated[int, Limits(1, 10_000)] = 20
     """After how many actions an episode ends."""

@@ -12,7 +12,6 @@ from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.choices import Limits, Settings
 from irl.policy import load_policy
 from models.task import words
-from models.task.spaces import N_FREE
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class Config(Settings):
     """The policy file; it must have been learnt for the task data given."""
     task: Path = SHIPPED_TASK
     """The folder that the task data are read from."""
-    starts: Annotated[int, Limits(1, N_FREE)] = 3
+    starts: Annotated[int, Limits(1, 1_000_000)] = 3
     """How many starts are drawn among the task's free states, without repetition."""
     disturbance: Annotated[float, Limits(0, 0.5)] = 0.0
     """By how much more the cube's place at the start is disturbed: a standard deviation [m]."""

@@ -10,6 +10,8 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from pydrake.trajectories import Trajectory
 
+from models.arrays import finite_number, finite_vector
+from models.errors import ModelError
 from models.motion.planner import ActionPlanner, Grip, Infeasible, Move
 from models.motion.timing import time_path
 from models.scenes import gripper
@@ -26,7 +28,14 @@ class Timeline:
     def __init__(
         self, q: np.ndarray, width: float, plan: Sequence[Move | Grip], velocity_limit: np.ndarray
     ) -> None:
-        """Start at ``q [7]`` [rad] with the pads ``width`` [m] apart, then follow ``plan``."""
+        """Start at ``q [7]`` [rad] with the pads ``width`` [m] apart, then follow ``plan``.
+
+        Raises:
+            ModelError: if ``q`` is not so many finite angles, ``width`` not a finite number, or a
+                move of the plan is no path (`time_path`).
+        """
+        q = finite_vector(q, len(HOME), "q")
+        width = finite_number(width, "width", valid="metres")
         self._starts = [0.0]
         self._arm: list[Trajectory | np.ndarray] = [np.array(q)]
         self._width = [float(width)]
@@ -99,10 +108,13 @@ class ActionExecutor(LeafSystem):
          object.pose ────────┤                ├── execution                 Execution
                              └────────────────┘
 
-    `request` is [sequence, action]; a new sequence number starts the action. A request that
-    comes while another is under way waits until that one has finished. The executor commands
-    the posture and opening given at construction until the first request, so the station must
-    start there.
+    `request` is [sequence, action], whole numbers; a new sequence number, from 1 on, starts the
+    action. [0, −1] asks for nothing. A request that comes while another is under way waits until
+    that one has finished. The executor commands the posture and opening given at construction
+    until the first request, so the station must start there.
+
+    A request that is none ends the simulation with a `ModelError`: parts of numbers, an action
+    without a number of its own, or no action of the task.
     """
 
     def __init__(
@@ -112,7 +124,11 @@ class ActionExecutor(LeafSystem):
         q: np.ndarray = HOME,
         width: float = gripper.MAX_OPENING,
     ) -> None:
-        """Execute with ``planner``, starting at ``q [7]`` [rad] and an opening [m]."""
+        """Execute with ``planner``, starting at ``q [7]`` [rad] and an opening [m].
+
+        Raises:
+            ModelError: if ``q`` is not so many finite angles, or ``width`` not a finite number.
+        """
         super().__init__()
         self._planner = planner
         self._request = self.DeclareVectorInputPort("request", 2)
@@ -136,7 +152,11 @@ class ActionExecutor(LeafSystem):
         )
 
     def start_at(self, context: Context, q: np.ndarray, width: float) -> None:
-        """Forget everything; command ``q [7]`` [rad] and an opening [m] until the next request."""
+        """Forget everything; command ``q [7]`` [rad] and an opening [m] until the next request.
+
+        Raises:
+            ModelError: if ``q`` is not so many finite angles, or ``width`` not a finite number.
+        """
         hold = Timeline(q, width, (), self._planner.velocity_limit)
         context.SetAbstractState(self._memory, _Memory(timeline=hold))
 
@@ -147,15 +167,35 @@ class ActionExecutor(LeafSystem):
     def _update(self, context: Context, state: State) -> None:
         memory = context.get_abstract_state(self._memory).get_value()
         execution, timeline = memory.execution, memory.timeline
+        sequence, action = self._read_request(context, execution)
         now = context.get_time()
         if not execution.finished:
             if now < execution.started + timeline.duration:
                 return
             execution = Execution(execution.sequence, execution.action, execution.started, True)
-        sequence, action = (int(value) for value in self._request.Eval(context))
         if sequence != execution.sequence:
             execution, timeline = self._plan(context, sequence, action, timeline)
         state.get_mutable_abstract_state(self._memory).set_value(_Memory(execution, timeline))
+
+    def _read_request(self, context: Context, execution: Execution) -> tuple[int, int]:
+        """Sequence number and action that are asked for.
+
+        Raises:
+            ModelError: if they are no whole numbers, or an action comes under the number 0, or
+                under that of another.
+        """
+        asked = self._request.Eval(context)
+        shown = f"request {asked.tolist()}"
+        if not (np.isfinite(asked).all() and (asked == np.round(asked)).all()):
+            raise ModelError(f"{shown}; valid: whole numbers [sequence, action]")
+        sequence, action = (int(value) for value in asked)
+        if sequence < 0 or (sequence == 0 and action != -1):
+            raise ModelError(f"{shown}: sequence {sequence}; valid: from 1 on, or [0, -1]")
+        if sequence and sequence == execution.sequence and action != execution.action:
+            raise ModelError(
+                f"{shown}: sequence {sequence} was action {execution.action}; valid: a new number"
+            )
+        return sequence, action
 
     def _plan(
         self, context: Context, sequence: int, action: int, before: Timeline

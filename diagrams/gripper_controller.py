@@ -5,13 +5,15 @@ from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 
 from diagrams.reference_ramp import ReferenceRamp
+from models.arrays import finite_number
 from models.scenes import gripper
 from models.task.spaces import CUBE_EDGE
 
 GRIP_FORCE = 40.0
 """Force of each pad on what it holds [N]; the vendor's range is 20 to 235 N."""
 KNUCKLE_SPEED = 0.5
-"""Knuckle velocity limit [rad/s]: the pads close on each other at about 0.05 m/s each."""
+"""Knuckle velocity limit [rad/s]: the gap between the pads closes at about 0.05 m/s, each pad doing
+half of it."""
 _GAINS = PdControllerGains(p=100.0, d=2.0)
 
 
@@ -36,7 +38,8 @@ class _KnuckleCommand(LeafSystem):
         opening = self.DeclareVectorInputPort("opening", 1)
 
         def calc(context: Context, output: BasicVector) -> None:
-            output[0] = gripper.knuckle_angle(opening.Eval(context)[0])
+            width = finite_number(opening.Eval(context)[0], "position_command", valid="metres")
+            output[0] = gripper.knuckle_angle(width)
 
         self.DeclareVectorOutputPort("knuckle", 1, calc)
 
@@ -98,7 +101,11 @@ class GripperController(Diagram):
     """
 
     def __init__(self, plant: MultibodyPlant, hand: ModelInstanceIndex, *, period: float) -> None:
-        """Control model instance ``hand`` of ``plant``, updated every ``period`` seconds."""
+        """Control model instance ``hand`` of ``plant``, updated every ``period`` seconds.
+
+        Raises:
+            ModelError: if the period is not above 0.
+        """
         super().__init__()
         builder = DiagramBuilder()
         command = builder.AddNamedSystem("knuckle_command", _KnuckleCommand())
@@ -118,7 +125,12 @@ class GripperController(Diagram):
         builder.BuildInto(self)
 
     def set_opening(self, context: Context, width: float) -> None:
-        """Put the reference at an opening of ``width`` metres, at rest."""
+        """Put the reference at an opening of ``width`` metres, at rest.
+
+        Raises:
+            ModelError: if ``width`` is not a finite number.
+        """
+        width = finite_number(width, "width", valid="metres")
         ramp_context = self._ramp.GetMyMutableContextFromRoot(context)
         self._ramp.set_reference(ramp_context, [float(gripper.knuckle_angle(width))])
 

@@ -13,6 +13,7 @@ from diagrams.action_executor import ActionExecutor
 from diagrams.faults import SimulatorFault, first_line, simulating
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.station import Station
+from models.errors import ModelError
 from models.motion.planner import ActionPlanner
 from models.rotations import rotation_z
 from models.task.spaces import LOST, N_FREE, POSITIONS, R_WO, REST_HEIGHT, decode_states
@@ -36,10 +37,10 @@ def start_pose(state: int, rng: np.random.Generator, disturbance: float = 0.0) -
         disturbance: further standard deviation of the place, in x and y [m].
 
     Raises:
-        ValueError: if the state is not free.
+        ModelError: if the state is not free.
     """
     if not 0 <= state < N_FREE:
-        raise ValueError(f"state {state} is not free; give 0…{N_FREE - 1}")
+        raise ModelError(f"state {state} is not free; valid: 0…{N_FREE - 1}")
     position, orientation, _ = decode_states(state)
     offset = rng.normal(0.0, np.hypot(PLACE_SD, disturbance), 2)
     R = rotation_z(rng.normal(0.0, YAW_SD)) @ R_WO[int(orientation)]

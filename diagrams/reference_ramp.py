@@ -4,6 +4,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from models.arrays import finite_array, finite_number, finite_vector
+from models.errors import ModelError
+
 
 class ReferenceRamp(LeafSystem):
     """Moves a reference towards its command, each component at most ``speed`` per second.
@@ -25,16 +28,28 @@ class ReferenceRamp(LeafSystem):
             size: number of components.
             speed: of each, or of all, in their unit per second.
             period: of the updates [s].
+
+        Raises:
+            ModelError: if the speed or the period is not above 0.
         """
+        period = finite_number(period, "period", above=0.0, valid="seconds above 0")
+        speed = finite_array(speed, (), "speed")
+        if speed.shape not in ((), (size,)) or not (speed > 0.0).all():
+            raise ModelError(f"speed: {speed.tolist()}; valid: above 0, one or {size}")
         super().__init__()
-        self._size, self._speed, self._period = size, np.asarray(speed), period
+        self._size, self._speed, self._period = size, speed, period
         self._command = self.DeclareVectorInputPort("command", size)
         self._state = self.DeclareDiscreteState(2 * size)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self.DeclareStateOutputPort("reference", self._state)
 
     def set_reference(self, context: Context, position: np.ndarray) -> None:
-        """Put the reference at ``position [size]``, at rest."""
+        """Put the reference at ``position [size]``, at rest.
+
+        Raises:
+            ModelError: if the position is not so many finite numbers.
+        """
+        position = finite_vector(position, self._size, "position")
         context.SetDiscreteState(np.concatenate([position, np.zeros(self._size)]))
 
     def _update(self, context: Context, values: DiscreteValues) -> None:

@@ -11,7 +11,9 @@ from diagrams.arm_controller import ArmController, prepare_arm
 from diagrams.contact import TIME_STEP, use_grasp_contact
 from diagrams.gripper_controller import GripperController, prepare_gripper
 from diagrams.state_identifier import StateIdentifier
+from models.arrays import finite_number, finite_vector
 from models.scenes import gripper
+from models.scenes.inputs import finite_pose
 from models.scenes.parsing import ARM, CUBE, GRIPPER, add_models
 from models.scenes.planning_scene import HOME
 
@@ -70,7 +72,16 @@ class Station(Diagram):
     """
 
     def __init__(self, *, meshcat: Meshcat | None = None, time_step: float = TIME_STEP) -> None:
-        """Build the station; with ``meshcat``, publish it there."""
+        """Build the station.
+
+        Args:
+            meshcat: where to publish it; None does not.
+            time_step: of the plant and its controllers [s].
+
+        Raises:
+            ModelError: if the time step is not above 0.
+        """
+        time_step = finite_number(time_step, "time_step", above=0.0, valid="seconds above 0")
         super().__init__()
         builder = DiagramBuilder()
         self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step)
@@ -124,7 +135,15 @@ class Station(Diagram):
         q: np.ndarray = HOME,
         width: float = gripper.MAX_OPENING,
     ) -> None:
-        """Put the scene at rest: arm at ``q [7]`` [rad], pads ``width`` [m] apart, cube at X_WO."""
+        """Put the scene at rest: arm at ``q [7]`` [rad], pads ``width`` [m] apart, cube at X_WO.
+
+        Raises:
+            ModelError: if the pose is none, ``q`` not so many finite angles, or ``width`` not a
+                finite number.
+        """
+        finite_pose(X_WO, "X_WO")
+        q = finite_vector(q, len(HOME), "q")
+        width = finite_number(width, "width", valid="metres")
         context = self.plant.GetMyMutableContextFromRoot(root)
         hand = self.plant.GetModelInstanceByName(GRIPPER)
         self.plant.SetPositions(context, self.plant.GetModelInstanceByName(ARM), q)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.arrays import finite_array
 from models.errors import ModelError
 from models.rotations import rotation_x
 
@@ -85,9 +86,10 @@ def joint_frames(chain: DHChain, q: ArrayLike) -> tuple[Array, Array]:
         Q_i ``[..., n, 3, 3]`` and k_i ``[..., n, 3]`` in metres.
 
     Raises:
-        ModelError: if the last dimension is not the arm's number of joints.
+        ModelError: if the last dimension is not the arm's number of joints, or an angle is not a
+            finite number.
     """
-    q = np.asarray(q, dtype=np.float64)
+    q = finite_array(q, (), "joint angles")
     if q.ndim == 0 or q.shape[-1] != chain.n_joints:
         raise ModelError(
             f"joint angles have shape {list(q.shape)}; {chain.name} wants [..., {chain.n_joints}]"
@@ -119,7 +121,8 @@ def forward_kinematics(chain: DHChain, q: ArrayLike) -> tuple[Array, Array]:
         R_BE ``[..., 3, 3]`` and p_BE ``[..., 3]`` in metres, E the tool frame.
 
     Raises:
-        ModelError: if the last dimension is not the arm's number of joints.
+        ModelError: if the last dimension is not the arm's number of joints, or an angle is not a
+            finite number.
     """
     rotations, offsets = joint_frames(chain, q)
     R_BE = np.broadcast_to(chain.R_B0, (*rotations.shape[:-3], 3, 3))

@@ -19,28 +19,43 @@ one representative into another.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.arrays import finite_array
 from models.errors import ModelError
 
 ROUNDING = 1e-12
 """Distance (radians, unit quaternion components, cos β at gimbal lock) that counts as none."""
 ORTHONORMAL = 1e-6
 """Largest ‖RᵀR − I‖ (Frobenius) accepted of a rotation matrix."""
+LARGEST_ANGLE = 1e6
+"""Largest angle, or component of a rotation vector, accepted [rad]: floats fix it to 1e-10."""
 
 Array = NDArray[np.float64]
 
 
 def rotation_x(angle: ArrayLike) -> Array:
-    """Rotation about x by ``angle [...]``; ``[..., 3, 3]``."""
+    """Rotation about x by ``angle [...]`` in radians; ``[..., 3, 3]``.
+
+    Raises:
+        ModelError: if an angle is not a finite number, or beyond `LARGEST_ANGLE`.
+    """
     return _about(0, angle)
 
 
 def rotation_y(angle: ArrayLike) -> Array:
-    """Rotation about y by ``angle [...]``; ``[..., 3, 3]``."""
+    """Rotation about y by ``angle [...]`` in radians; ``[..., 3, 3]``.
+
+    Raises:
+        ModelError: if an angle is not a finite number, or beyond `LARGEST_ANGLE`.
+    """
     return _about(1, angle)
 
 
 def rotation_z(angle: ArrayLike) -> Array:
-    """Rotation about z by ``angle [...]``; ``[..., 3, 3]``."""
+    """Rotation about z by ``angle [...]`` in radians; ``[..., 3, 3]``.
+
+    Raises:
+        ModelError: if an angle is not a finite number, or beyond `LARGEST_ANGLE`.
+    """
     return _about(2, angle)
 
 
@@ -51,10 +66,11 @@ def require_rotation(R: ArrayLike, name: str = "R") -> Array:
         ModelError: if the shape is another, an entry is not finite, a matrix is not
             orthonormal within `ORTHONORMAL`, or it is a reflection.
     """
-    R = _require_finite(R, (3, 3), name)
-    gram = np.swapaxes(R, -1, -2) @ R - np.eye(3)
+    R = finite_array(R, (3, 3), name)
+    clipped = np.clip(R, -1e3, 1e3)  # no rotation either way, and its squares do not overflow
+    gram = np.swapaxes(clipped, -1, -2) @ clipped - np.eye(3)
     defect = np.linalg.norm(gram, axis=(-2, -1))
-    determinant = np.linalg.det(R)
+    determinant = np.linalg.det(clipped)
     bad = (defect > ORTHONORMAL) | (determinant < 0)
     if bad.any():
         first = np.unravel_index(int(np.argmax(bad)), bad.shape)
@@ -73,7 +89,7 @@ def xyz_euler_to_matrix(angles: ArrayLike) -> Array:
         angles: (α, β, γ) ``[..., 3]`` in radians, about x, y, z.
 
     Raises:
-        ModelError: if the shape is another or an angle is not finite.
+        ModelError: if the shape is another, or an angle is not finite or beyond `LARGEST_ANGLE`.
     """
     return _turned_about((0, 1, 2), angles, "X-Y-Z Euler angles")
 
@@ -86,7 +102,7 @@ def zyx_euler_to_matrix(angles: ArrayLike) -> Array:
             about z, whereas Table 4.1 gives that name to the turn about x.
 
     Raises:
-        ModelError: if the shape is another or an angle is not finite.
+        ModelError: if the shape is another, or an angle is not finite or beyond `LARGEST_ANGLE`.
     """
     return _turned_about((2, 1, 0), angles, "Z-Y-X Euler angles")
 
@@ -118,7 +134,7 @@ def canonical_quaternion(quaternion: ArrayLike) -> Array:
     Raises:
         ModelError: if the shape is another, a component is not finite, or all are zero.
     """
-    q = _require_finite(quaternion, (4,), "quaternion (w, x, y, z)")
+    q = finite_array(quaternion, (4,), "quaternion (w, x, y, z)")
     # Scaled by the largest component first: squares of tiny or huge ones leave the range.
     scale = np.max(np.abs(q), axis=-1, keepdims=True)
     if np.any(scale == 0):
@@ -174,9 +190,9 @@ def rotation_vector_to_matrix(vector: ArrayLike) -> Array:
         vector: ``[..., 3]`` in radians, in the frame that does not turn.
 
     Raises:
-        ModelError: if the shape is another or a component is not finite.
+        ModelError: if the shape is another, or a component is not finite or beyond `LARGEST_ANGLE`.
     """
-    v = _require_finite(vector, (3,), "rotation vector")
+    v = _require_angles(vector, (3,), "rotation vector")
     angle = np.linalg.norm(v, axis=-1)[..., None, None]
     x, y, z = np.moveaxis(v, -1, 0)
     zero = np.zeros_like(x)
@@ -212,10 +228,9 @@ def geodesic_angle(R1: ArrayLike, R2: ArrayLike) -> Array:
         R2: rotation matrices ``[..., 3, 3]``.
 
     Raises:
-        ModelError: if a shape is another or an entry is not finite.
+        ModelError: if a matrix is not a rotation.
     """
-    R1 = _require_finite(R1, (3, 3), "R1")
-    R2 = _require_finite(R2, (3, 3), "R2")
+    R1, R2 = require_rotation(R1, "R1"), require_rotation(R2, "R2")
     R = np.swapaxes(R1, -1, -2) @ R2
     twice_sine_axis = np.stack(
         [
@@ -232,7 +247,7 @@ def geodesic_angle(R1: ArrayLike, R2: ArrayLike) -> Array:
 
 
 def _turned_about(axes: tuple[int, int, int], angles: ArrayLike, name: str) -> Array:
-    angles = _require_finite(angles, (3,), name)
+    angles = _require_angles(angles, (3,), name)
     first, second, third = (_about(axis, angles[..., i]) for i, axis in enumerate(axes))
     return first @ second @ third
 
@@ -260,7 +275,7 @@ def _canonical_euler(alpha: Array, beta: Array, gamma: Array) -> Array:
 
 
 def _about(axis: int, angle: ArrayLike) -> Array:
-    angle = np.asarray(angle, dtype=np.float64)
+    angle = _require_angles(angle, (), "angle")
     i, j = (axis + 1) % 3, (axis + 2) % 3
     R = np.zeros((*angle.shape, 3, 3))
     R[..., axis, axis] = 1.0
@@ -270,13 +285,10 @@ def _about(axis: int, angle: ArrayLike) -> Array:
     return R
 
 
-def _require_finite(value: ArrayLike, trailing: tuple[int, ...], name: str) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape[array.ndim - len(trailing) :] != trailing or array.ndim < len(trailing):
-        wanted = ", ".join(["...", *map(str, trailing)])
-        raise ModelError(f"{name} has shape {list(array.shape)}; wanted [{wanted}]")
-    if not np.isfinite(array).all():
-        raise ModelError(f"{name} holds a value that is not finite; wanted finite numbers only")
+def _require_angles(value: ArrayLike, trailing: tuple[int, ...], name: str) -> Array:
+    array = finite_array(value, trailing, name)
+    if not (np.abs(array) <= LARGEST_ANGLE).all():
+        raise ModelError(f"{name} holds an angle beyond {LARGEST_ANGLE:g} rad; wanted smaller ones")
     return array
 
 

@@ -22,19 +22,20 @@ from pydrake.math import RigidTransform
 from models.compiled import compiled
 from models.errors import ModelError
 from models.gen3.chain import Array, link_frames
-from models.scenes.parsing import ARM
 from models.scenes.planning_scene import PlanningScene
+from models.scenes.topology import links_of_bodies
 
 FREE, DOUBTFUL, SELF, FURNITURE = 0, 1, 2, 3
 """Verdicts: free; only the exact query can tell; certain collisions, by what the robot meets."""
 HAND_LINK = 7
-"""The link that carries bracelet, gripper and what the gripper holds."""
+"""The link that carries bracelet, gripper, what the gripper holds and tools welded to these."""
 
 _SLACK = 1e-5  # on both sides of the margin, for Drake's iterative distances [m]
 _BISECTIONS = 24
 
 
-_Placed = tuple[int, Array, Array, float, bool]
+_Placed = tuple[int, Array, Array, float, bool, bool]
+"""Link, ends of the axis, radius, whether exact, whether of arm and hand proper."""
 
 
 class Capsules(NamedTuple):
@@ -83,14 +84,17 @@ def enclose(shape: Shape) -> tuple[Array, float, bool]:
 def capsules_of(scene: PlanningScene) -> Capsules:
     """Capsules about what a scene's robot consists of, the fingers as they stand.
 
-    The cube as an obstacle is left out: it moves.
+    Tools count with the link that they are welded to. The cube as an obstacle is left out: it
+    moves.
 
     Raises:
-        ModelError: if a shape is not a capsule, cylinder or box, or a piece of furniture is turned.
+        ModelError: if a shape is not a capsule, cylinder or box, a piece of furniture is turned, or
+            something else than arm and fingers moves.
     """
     plant, inspector, context = scene.plant, scene.inspector, scene.context
-    arm = plant.GetModelInstanceByName(ARM)
-    joints = [plant.GetJointByName(f"joint_{i}", arm) for i in range(1, 8)]
+    joints = [plant.GetJointByName(f"joint_{i}", scene.arm_instance) for i in range(1, 8)]
+    link_of = links_of_bodies(scene)
+    own = (scene.arm_instance, scene.hand_instance)
     links = [joints[0].parent_body(), *(joint.child_body() for joint in joints)]
     X_BW = links[0].EvalPoseInWorld(context).inverse()
     standing = {body.index() for body in plant.GetBodiesWeldedTo(plant.world_body())}
@@ -109,12 +113,14 @@ def capsules_of(scene: PlanningScene) -> Capsules:
             extent = np.array(shape.size()) / 2
             boxes.append((X_BS.translation() - extent, X_BS.translation() + extent))
         elif body.model_instance() != scene.cube.model_instance():
-            names = [link.index() for link in links]
-            link = names.index(body.index()) if body.index() in names else HAND_LINK
+            link = link_of[body.index()]
+            if not link and body.index() != links[0].index():
+                raise ModelError(f"{body.name()}: moves without the arm; valid: the cube alone")
             X_LS: RigidTransform = links[link].EvalPoseInWorld(context).InvertAndCompose(X_WS)
             half, radius, exact = enclose(shape)
             index[geometry] = -1 - len(robot)
-            robot.append((link, X_LS @ -half, X_LS @ half, radius, exact))
+            placed = (link, X_LS @ -half, X_LS @ half, radius, exact, body.model_instance() in own)
+            robot.append(placed)
     # Robot's shapes have negative indices here, so that sorting puts furniture last.
     candidates = [
         sorted(index[geometry] for geometry in pair)
@@ -124,7 +130,7 @@ def capsules_of(scene: PlanningScene) -> Capsules:
     pairs = sorted((-1 - b, -1 - a) for a, b in candidates if b < 0)
     pairs = [(a, b) for a, b in pairs if not _are_neighbours(robot[a], robot[b])]
     against = sorted((-1 - a, b) for a, b in candidates if a < 0 <= b)
-    links_of, starts, ends, radii, exactness = zip(*robot, strict=True)
+    links_of, starts, ends, radii, exactness, _ = zip(*robot, strict=True)
     low, high = zip(*boxes, strict=True)
     return Capsules(
         link=np.array(links_of),
@@ -140,8 +146,11 @@ def capsules_of(scene: PlanningScene) -> Capsules:
 
 
 def _are_neighbours(a: _Placed, b: _Placed) -> bool:
-    """Whether hand and wrist are so near at every posture that the capsule of one tells nothing."""
-    return abs(a[0] - b[0]) <= 1 and not (a[4] and b[4])
+    """Whether hand and wrist are so near at every posture that the capsule of one tells nothing.
+
+    A tool's capsule may touch them as well, but then its shape may, too.
+    """
+    return abs(a[0] - b[0]) <= 1 and not (a[4] and b[4]) and a[5] and b[5]
 
 
 def verdicts(capsules: Capsules, q: Array, margin: float) -> NDArray[np.int64]:

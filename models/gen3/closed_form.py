@@ -15,6 +15,7 @@ and within the limits, everywhere. Answers may be missing, seldom all:
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.arrays import finite_array
 from models.compiled import FAST, compiled
 from models.errors import ModelError
 from models.gen3.branches import BRANCHES, solve_into, wrist_in_reach
@@ -41,7 +42,8 @@ def solve_branches(R_BE: ArrayLike, p_BE: ArrayLike, q3: float) -> Array:
     Raises:
         ModelError: if a shape is another, a value is not finite, or ``R_BE`` is not a rotation.
     """
-    q = solve_batch(np.asarray(R_BE)[None], np.asarray(p_BE)[None], np.array([q3]))[0, 0]
+    R, p = finite_array(R_BE, (), "R_BE"), finite_array(p_BE, (), "p_BE")
+    q = solve_batch(R[None], p[None], [q3])[0, 0]
     return q[~np.isnan(q[:, 0])]
 
 
@@ -82,12 +84,10 @@ def solve_first(R_BE: ArrayLike, p_BE: ArrayLike, q3: ArrayLike) -> tuple[Array,
 
 def _checked(R_BE: ArrayLike, p_BE: ArrayLike, q3: ArrayLike) -> tuple[Array, Array, Array]:
     R = require_rotation(R_BE)
-    p, q3 = np.asarray(p_BE, dtype=np.float64), np.asarray(q3, dtype=np.float64)
+    p, q3 = finite_array(p_BE, (), "p_BE"), finite_array(q3, (), "q3")
     if R.ndim != 3 or p.shape != (len(R), 3) or q3.ndim != 1:
         shapes = f"{list(R.shape)}, {list(p.shape)}, {list(q3.shape)}"
         raise ModelError(f"R_BE, p_BE, q3 have shapes {shapes}; wanted [n, 3, 3], [n, 3], [m]")
-    if not (np.isfinite(p).all() and np.isfinite(q3).all()):
-        raise ModelError("p_BE or q3 holds a value that is not finite; wanted finite numbers only")
     # One memory layout, else each further one is compiled anew.
     return np.ascontiguousarray(R), np.ascontiguousarray(p), np.ascontiguousarray(q3)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from models.compiled import FAST, compiled
 from models.gen3.chain import HAND_LENGTH, LIMIT, Array, chain
+from models.scenes.limits import ROUNDING
 
 OUT_OF_REACH, NOT_MET, BEYOND_LIMITS, MET = -1, 0, 1, 2
 """What became of a pose: proved too far or too near; not met by any posture tried; met by some,
@@ -55,7 +56,8 @@ def refine(q: Array, R: Array, p: Array, tolerance: float, work: Work) -> int:
             for i in range(7):
                 if i != 2:
                     q[i] = wrap(q[i])
-                within = within and abs(q[i]) <= LIMIT[i]
+                within = within and abs(q[i]) <= LIMIT[i] + ROUNDING
+                q[i] = min(max(q[i], -LIMIT[i]), LIMIT[i])
             # The cross products vanish at half a turn as well.
             return NOT_MET if cosines <= 0.0 else MET if within else BEYOND_LIMITS
         if not (iteration < _QUICK and _quick_step(J, X, step, lever)) and not _full_step(

@@ -11,11 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.arrays import finite_array
 from models.compiled import compiled
 from models.errors import ModelError
 from models.gen3_lite.chain import LIMIT, TOLERANCE, tune_batch
 from models.gen3_lite.polynomial import SOLUTIONS, approximate
 from models.rotations import require_rotation
+from models.scenes.limits import ROUNDING
 
 Array = NDArray[np.float64]
 
@@ -55,7 +57,8 @@ def solve(R_BE: ArrayLike, p_BE: ArrayLike) -> Array:
     Raises:
         ModelError: if a shape is another, a value is not finite, or ``R_BE`` is not a rotation.
     """
-    q = solve_batch(np.asarray(R_BE)[None], np.asarray(p_BE)[None]).q[0]
+    R, p = finite_array(R_BE, (), "R_BE"), finite_array(p_BE, (), "p_BE")
+    q = solve_batch(R[None], p[None]).q[0]
     return q[~np.isnan(q[:, 0])]
 
 
@@ -69,12 +72,10 @@ def solve_batch(R_BE: ArrayLike, p_BE: ArrayLike) -> Solutions:
     Raises:
         ModelError: if a shape is another, a value is not finite, or a matrix is not a rotation.
     """
-    R, p = require_rotation(R_BE), np.asarray(p_BE, dtype=np.float64)
+    R, p = require_rotation(R_BE, "R_BE"), finite_array(p_BE, (), "p_BE")
     if R.ndim != 3 or p.shape != (len(R), 3):
         shapes = f"{list(R.shape)}, {list(p.shape)}"
         raise ModelError(f"R_BE, p_BE have shapes {shapes}; wanted [n, 3, 3], [n, 3]")
-    if not np.isfinite(p).all():
-        raise ModelError("p_BE holds a value that is not finite; wanted finite numbers only")
     # One memory layout, else each further one is compiled anew.
     R, p = np.ascontiguousarray(R), np.ascontiguousarray(p)
     chunks = [_solve(R[i : i + _CHUNK], p[i : i + _CHUNK]) for i in range(0, len(R), _CHUNK)]
@@ -83,8 +84,11 @@ def solve_batch(R_BE: ArrayLike, p_BE: ArrayLike) -> Solutions:
 
 
 def within_limits(q: ArrayLike) -> NDArray[np.bool_]:
-    """Whether configurations ``[..., 6]`` [rad] respect the joint limits; NaN does not."""
-    return (np.abs(np.asarray(q)) <= LIMIT).all(axis=-1)
+    """Whether configurations ``[..., 6]`` [rad] respect the joint limits; NaN does not.
+
+    One at a limit does, within a rounding.
+    """
+    return (np.abs(np.asarray(q)) <= LIMIT + ROUNDING).all(axis=-1)
 
 
 def _solve(R: Array, p: Array) -> Solutions:

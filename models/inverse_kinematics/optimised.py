@@ -13,6 +13,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.solvers import SnoptSolver, SolverOptions
 
+from models.arrays import finite_number
 from models.inverse_kinematics.solution import (
     POSITION_TOLERANCE,
     Failure,
@@ -20,6 +21,7 @@ from models.inverse_kinematics.solution import (
     collision_failure,
     reaches,
 )
+from models.scenes.inputs import finite_pose
 from models.scenes.planning_scene import MARGIN, Clearance, PlanningScene
 
 LIMIT_MARGIN = 0.05
@@ -76,8 +78,14 @@ def search(
 
     Returns:
         The answers, nearest to the seed first; or one failure.
+
+    Raises:
+        ModelError: if the pose is none, the seed not so many finite angles, or the margin or a
+            number not finite.
     """
-    seed, rng = starts.seed, starts.rng
+    X_WG = finite_pose(X_WG, "X_WG")
+    seed: np.ndarray = scene.require_posture(starts.seed, "seed")
+    margin, rng = finite_number(margin, "margin", valid="metres"), starts.rng
     found: list[IkSolution] = []
     best: Clearance | None = None
     attempts = starts.attempts if rng is not None else 1
@@ -137,7 +145,11 @@ def follow(scene: PlanningScene, X_WG: RigidTransform, start: np.ndarray) -> np.
     Returns:
         Joint angles ``[7]`` [rad] near ``start``, or None if it does not converge within the
         limits. Distances are not looked at.
+
+    Raises:
+        ModelError: if the pose is none, or ``start`` not so many finite angles.
     """
+    X_WG, start = finite_pose(X_WG, "X_WG"), scene.require_posture(start, "start")
     lower, upper = scene.lower + LIMIT_MARGIN, scene.upper - LIMIT_MARGIN
     R_WG, p_WG = X_WG.rotation().matrix(), X_WG.translation()
     q = np.clip(start, lower, upper)

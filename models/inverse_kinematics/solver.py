@@ -9,9 +9,12 @@ kinematics, joint limits and the distance query of the `PlanningScene` decide.
 import numpy as np
 from pydrake.math import RigidTransform
 
+from models.arrays import finite_number
+from models.errors import ModelError
 from models.inverse_kinematics.optimised import Constrain, Starts, search
 from models.inverse_kinematics.solution import IkSolution
 from models.inverse_kinematics.sweep import Sweep
+from models.scenes.inputs import finite_pose
 from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
 
 ATTEMPTS = 20
@@ -30,7 +33,15 @@ class IkSolver:
     """
 
     def __init__(self, scene: PlanningScene, attempts: int = ATTEMPTS) -> None:
-        """Measure the arm of ``scene``."""
+        """Measure the arm of ``scene``.
+
+        Raises:
+            ModelError: if ``scene`` is none, or ``attempts`` not at least 1.
+        """
+        if not isinstance(scene, PlanningScene):
+            raise ModelError(f"scene: {type(scene).__name__}; valid: a PlanningScene")
+        if not isinstance(attempts, (int, np.integer)) or attempts < 1:
+            raise ModelError(f"attempts: {attempts!r}; valid: whole numbers from 1 on")
         self.scene, self.attempts = scene, attempts
         self.sweep = Sweep.of(scene)
 
@@ -58,9 +69,15 @@ class IkSolver:
 
         Returns:
             The answer, or the reason why there is none.
+
+        Raises:
+            ModelError: if the pose is none, the seed not so many finite angles, or the margin not
+                a finite number.
         """
+        X_WG, seed = finite_pose(X_WG, "X_WG"), self.scene.require_posture(seed, "seed")
+        margin = finite_number(margin, "margin", valid="metres")
         if self.sweep is not None and constrain is None:
-            return self.sweep.solve(X_WG, np.asarray(seed, dtype=float), margin)
+            return self.sweep.solve(X_WG, seed, margin)
         starts = Starts(seed, self.attempts, rng or np.random.default_rng(0))
         return search(self.scene, X_WG, starts, margin=margin, constrain=constrain)[0]
 

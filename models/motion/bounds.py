@@ -10,13 +10,13 @@ prove a path.
 import numpy as np
 from pydrake.geometry import GeometryId
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import BodyIndex
 
+from models.errors import ModelError
 from models.scenes import gripper
-from models.scenes.parsing import ARM, GRIPPER
 from models.scenes.planning_scene import PlanningScene
+from models.scenes.robots import Robot
+from models.scenes.topology import links_of_bodies
 
-N_JOINTS = 7
 QUERY = 0.03
 """How far to look for distances [m]; looking further costs more than it saves on a segment."""
 
@@ -26,54 +26,66 @@ _CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8)
 
 
 class MotionBounds:
-    """Levers of a scene's robot, whatever the opening of its fingers.
+    """Levers of a scene's robot with all that is welded to it, whatever the opening of its fingers.
 
     Attributes:
         scene: the robot and what to keep clear of.
-        levers: ``[8, 7]`` [m]: the farthest that any collision shape of link 0 … 7 can be from
-            the axis of each joint up to its own, 0 for the joints beyond. Link 0 stands still,
-            link 7 is the bracelet with the hand and what that carries.
+        levers: ``[n + 1, n]`` [m] for n joints: the farthest that any collision shape of link
+            0 … n can be from the axis of each joint up to its own, 0 for the joints beyond.
+            Link 0 stands still, link n is the last with the hand and what these carry.
     """
 
     def __init__(self, scene: PlanningScene) -> None:
-        """Measure the collision shapes of ``scene``."""
+        """Measure the collision shapes of ``scene``.
+
+        Raises:
+            ModelError: if the bounds do not cover the scene: something moves with the arm and by
+                a joint of its own, or has no bounded shape.
+        """
         self.scene = scene
         plant = scene.plant
         self._query_port = plant.get_geometry_query_input_port()
-        inspector = self._query_port.Eval(scene.context).inspector()
-        arm, hand = (plant.GetModelInstanceByName(name) for name in (ARM, GRIPPER))
-        joints = [plant.GetJointByName(f"joint_{i}", arm) for i in range(1, N_JOINTS + 1)]
-        links = {joint.child_body().index(): i for i, joint in enumerate(joints, start=1)}
-        links |= dict.fromkeys(plant.GetBodyIndices(hand), N_JOINTS)
+        joints = [plant.GetJointByName(name, scene.arm_instance) for name in scene.robot.joints]
+        n_joints = len(joints)
+        links = links_of_bodies(scene)
 
         context = plant.CreateDefaultContext()
-        plant.SetPositions(context, arm, np.zeros(N_JOINTS))
+        plant.SetPositions(context, scene.arm_instance, np.zeros(n_joints))
         axes = [joint.frame_on_child().CalcPoseInWorld(context) for joint in joints]
         centres = _centres(axes)
         self._link: dict[GeometryId, int] = {}
         boxes = []
-        for number in range(plant.num_bodies()):
-            body = plant.get_body(BodyIndex(number))
-            link = links.get(body.index(), 0)
+        for index, link in links.items():
+            body = plant.get_body(index)
             for geometry in plant.GetCollisionGeometriesForBody(body):
                 self._link[geometry] = link
-                box = inspector.GetObbInGeometryFrame(geometry)
-                corners = box.pose() @ (box.half_width()[:, None] * _CORNERS)
-                boxes.append((link, body, inspector.GetPoseInFrame(geometry) @ corners))
+                boxes.append((link, body, self._corners(geometry)))
 
-        self.levers = np.zeros((N_JOINTS + 1, N_JOINTS))
-        for knuckle in np.linspace(0.0, gripper.KNUCKLE_LIMIT, _OPENINGS):
-            for name, angle in zip(gripper.JOINTS, gripper.joint_positions(knuckle), strict=True):
-                plant.GetJointByName(name, hand).set_angle(context, angle)
+        self.levers = np.zeros((n_joints + 1, n_joints))
+        for fingers in _openings(scene.robot):
+            for name, angle in zip(scene.robot.finger_joints, fingers, strict=True):
+                plant.GetJointByName(name, scene.hand_instance).set_angle(context, angle)
             for link, body, corners in boxes:
                 if link:
                     points = body.EvalPoseInWorld(context) @ corners
                     levers = self.levers[link, :link]
                     np.maximum(levers, _levers(points, axes[:link], centres[:link]), out=levers)
 
+    def _corners(self, geometry: GeometryId) -> np.ndarray:
+        """Corners ``[3, 8]`` [m] of a box about a shape, in its body's frame."""
+        inspector = self.scene.inspector
+        box = inspector.GetObbInGeometryFrame(geometry)
+        if box is None:
+            raise ModelError(
+                f"{inspector.GetName(geometry)}: {inspector.GetShape(geometry)} has no bounds, nor "
+                "does Drake measure distances to it; valid: any bounded collision shape"
+            )
+        corners = box.pose() @ (box.half_width()[:, None] * _CORNERS)
+        return inspector.GetPoseInFrame(geometry) @ corners
+
     def rates(self, step: np.ndarray) -> np.ndarray:
-        """Bound ``[8, 8]`` [m] on the motion of link hi, seen from lo, by ``step [7]`` [rad]."""
-        upto = np.zeros((N_JOINTS + 1, N_JOINTS + 1))
+        """Bound ``[n + 1, n + 1]`` [m] on link hi's motion, seen from lo, by ``step [n]`` [rad]."""
+        upto = np.zeros(2 * (len(self.levers),))
         np.cumsum(self.levers * np.abs(step), axis=1, out=upto[:, 1:])
         seen = np.tril(np.diagonal(upto)[:, None] - upto)
         return seen + seen.T
@@ -94,7 +106,7 @@ class MotionBounds:
             rates: of the step, from `rates`.
             margin: distances at ``q`` must be above [m].
             kept: distances on the way stay above [m]; less than ``margin``.
-            query: larger distances count as this [m].
+            query: larger distances count as this [m]; more than ``margin``.
 
         Returns:
             The share, above 0 and perhaps above 1; −1 if a distance at ``q`` is within ``margin``.
@@ -111,6 +123,14 @@ class MotionBounds:
         return float(share)
 
 
+def _openings(robot: Robot) -> list[np.ndarray]:
+    """Positions of the fingers' joints [rad] from open to closed."""
+    if robot.finger_joints == gripper.JOINTS:
+        knuckles = np.linspace(0.0, gripper.KNUCKLE_LIMIT, _OPENINGS)
+        return [gripper.joint_positions(knuckle) for knuckle in knuckles]
+    return [robot.finger_positions(w) for w in np.linspace(0.0, robot.max_opening, _OPENINGS)]
+
+
 def _centres(axes: list[RigidTransform]) -> list[np.ndarray]:
     """The point on each joint's axis that is nearest to the next axis, or the one before."""
     centres = []
@@ -118,6 +138,9 @@ def _centres(axes: list[RigidTransform]) -> list[np.ndarray]:
         X_WK = axes[i + 1] if i + 1 < len(axes) else axes[i - 1]
         u, v = X_WJ.rotation().matrix()[:, 2], X_WK.rotation().matrix()[:, 2]
         between, cosine = X_WK.translation() - X_WJ.translation(), u @ v
+        # Of a parallel axis every point is as near.
+        parallel = 1.0 - cosine**2 < 1e-9
+        cosine = 0.0 if parallel else cosine
         along = (between @ u - cosine * (between @ v)) / (1.0 - cosine**2)
         centres.append(X_WJ.translation() + along * u)
     return centres

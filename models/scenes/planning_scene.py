@@ -8,6 +8,7 @@ at a given pose, or carried. Everything that plans asks it for the verdict.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.geometry import (
     CollisionFilterDeclaration,
     Cylinder,
@@ -20,6 +21,10 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
 from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
+from models.arrays import Array, finite_array, finite_number, finite_vector
+from models.errors import ModelError
+from models.scenes.inputs import finite_pose
+from models.scenes.limits import JointLimits
 from models.scenes.parsing import ARM, GRIPPER, add_models
 from models.scenes.robots import GEN3, Robot
 from models.task.spaces import CUBE_EDGE
@@ -47,7 +52,24 @@ class Clearance:
 
 
 class PlanningScene:
-    """Robot, box and table for kinematics and distance queries; no dynamics."""
+    """Robot, box and table for kinematics and distance queries; no dynamics.
+
+    Whatever takes joint angles, widths, limits of distance or poses raises a `ModelError` where
+    they are of another size, or not finite: Drake would end the program.
+
+    Attributes:
+        plant: the scene's plant.
+        context: the plant's own context, as the last question left it.
+        inspector: of its shapes.
+        robot: the arm with its hand.
+        arm_instance: model instance of the arm.
+        hand_instance: model instance of the hand.
+        cube: the cube's body.
+        arm_index: places of the joint angles in the plant's positions ``[7]``.
+        limits: where the joints may be; ``lower`` and ``upper`` [rad] are its own.
+        velocity_limit: of the joints ``[7]`` [rad/s].
+        continuous: which joints are endless ``[7]``.
+    """
 
     def __init__(self, *, carrying: bool = False, robot: Robot = GEN3) -> None:
         """Build the plant, with the cube out of the way.
@@ -57,15 +79,20 @@ class PlanningScene:
                 stands for the cube between them: it contains the cube however that is turned
                 between the pads. Otherwise the hand is empty and open.
             robot: the arm with its hand; one of the Gen3 Lite has six joint angles, not seven.
+
+        Raises:
+            ModelError: if ``robot`` is none.
         """
+        if not isinstance(robot, Robot):
+            raise ModelError(f"robot: {robot!r}; valid: a models.scenes.robots.Robot")
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
         add_models(self.plant, robot.station)
-        self._robot = robot
+        self.robot = robot
         self._tcp = self.plant.GetFrameByName("tcp")
-        self._arm = self.plant.GetModelInstanceByName(ARM)
+        self.arm_instance = self.plant.GetModelInstanceByName(ARM)
         self.cube = self.plant.GetBodyByName("cube")
-        hand = self.plant.GetModelInstanceByName(GRIPPER)
+        self.hand_instance = hand = self.plant.GetModelInstanceByName(GRIPPER)
         self.inspector = scene_graph.model_inspector()
         self._filter = scene_graph.collision_filter_manager()
         if carrying:
@@ -80,10 +107,11 @@ class PlanningScene:
         welded = self.plant.GetBodiesWeldedTo(self._tcp.body())
         self._hand = {body.index() for body in welded} | set(self.plant.GetBodyIndices(hand))
 
-        joints = [self.plant.GetJointByName(name, self._arm) for name in robot.joints]
+        joints = [self.plant.GetJointByName(name, self.arm_instance) for name in robot.joints]
         self.arm_index = np.array([joint.position_start() for joint in joints])
         self.lower = np.array([joint.position_lower_limits()[0] for joint in joints])
         self.upper = np.array([joint.position_upper_limits()[0] for joint in joints])
+        self.limits = JointLimits(robot.joints, self.lower, self.upper)
         self.velocity_limit = np.array([joint.velocity_upper_limits()[0] for joint in joints])
         self.continuous = np.isinf(self.lower)
         self._velocity_index = np.array([joint.velocity_start() for joint in joints])
@@ -98,16 +126,17 @@ class PlanningScene:
 
     def open_to(self, width: float) -> None:
         """Stand the fingers ``width`` [m] apart."""
-        angles = self._robot.finger_positions(width)
-        for name, angle in zip(self._robot.finger_joints, angles, strict=True):
-            joint = self.plant.GetJointByName(name, self._tcp.body().model_instance())
+        angles = self.robot.finger_positions(finite_number(width, "width", valid="metres"))
+        for name, angle in zip(self.robot.finger_joints, angles, strict=True):
+            joint = self.plant.GetJointByName(name, self.hand_instance)
             joint.Unlock(self.context)
             joint.set_angle(self.context, angle)
             joint.Lock(self.context)
 
     def place_cube(self, X_WO: RigidTransform | None) -> None:
         """Put the cube, as an obstacle, at ``X_WO``; None takes it out of the way."""
-        self.plant.SetFreeBodyPose(self.context, self.cube, X_WO or _AWAY)
+        X_WO = _AWAY if X_WO is None else finite_pose(X_WO, "X_WO")
+        self.plant.SetFreeBodyPose(self.context, self.cube, X_WO)
 
     def forward(self, q: np.ndarray) -> RigidTransform:
         """X_WG at joint angles ``q [7]`` [rad]."""
@@ -139,17 +168,35 @@ class PlanningScene:
     def error(self, q: np.ndarray, X_WG: RigidTransform) -> tuple[float, float]:
         """Position [m] and rotation [rad] error of ``q [7]`` against ``X_WG``."""
         X = self.forward(q)
+        finite_pose(X_WG, "X_WG")
         skew = X_WG.rotation().matrix().T @ X.rotation().matrix()
         sine = np.linalg.norm(skew - skew.T) / (2.0 * np.sqrt(2.0))
         angle = np.arctan2(sine, (np.trace(skew) - 1.0) / 2.0)
         return float(np.linalg.norm(X.translation() - X_WG.translation())), float(angle)
 
     def within_limits(self, q: np.ndarray) -> bool:
-        """Whether ``q [7]`` respects the position limits."""
-        return bool((q >= self.lower).all() and (q <= self.upper).all())
+        """Whether ``q [7]`` respects the position limits, within a rounding."""
+        q = self.require_posture(q)
+        # The common case first: this is asked of every answer.
+        if (q >= self.lower).all() and (q <= self.upper).all():
+            return True
+        return not self.limits.beyond(q).any()
+
+    def require_posture(self, q: ArrayLike, name: str = "q") -> Array:
+        """Give joint angles ``[7]`` [rad] back as float64.
+
+        Raises:
+            ModelError: if they are of another number, or not finite real numbers.
+        """
+        return finite_vector(q, len(self.arm_index), name)
 
     def wind(self, q: np.ndarray, towards: np.ndarray) -> np.ndarray:
         """``q [..., 7]`` with its endless joints within half a turn of ``towards``."""
+        n_joints = len(self.arm_index)
+        q, towards = (
+            finite_array(q, (n_joints,), "q"),
+            finite_array(towards, (n_joints,), "towards"),
+        )
         turns = np.round((q - towards) / (2.0 * np.pi))
         return np.where(self.continuous, q - 2.0 * np.pi * turns, q)
 
@@ -182,11 +229,13 @@ class PlanningScene:
 
     def _pairs(self, q: np.ndarray, limit: float) -> list[SignedDistancePair]:
         self._set(q)
+        if not (isinstance(limit, float) and limit == np.inf):
+            limit = finite_number(limit, "limit of distances", valid="metres")
         query = self._query_port.Eval(self.context)
         return query.ComputeSignedDistancePairwiseClosestPoints(limit)
 
     def _set(self, q: np.ndarray) -> None:
-        self.plant.SetPositions(self.context, self._arm, q)
+        self.plant.SetPositions(self.context, self.arm_instance, self.require_posture(q))
 
     def _body(self, geometry: GeometryId) -> RigidBody:
         return self.plant.GetBodyFromFrameId(self.inspector.GetFrameId(geometry))

@@ -5,6 +5,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from diagrams.action_executor import ActionExecutor, Timeline
+from models.errors import ModelError
 from models.motion.planner import Grip, Infeasible, Move
 from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, Kind, State
@@ -101,3 +102,48 @@ def test_a_free_cube_has_no_gripper():
     executor.GetInputPort("request").FixValue(context, [1, 10])
     simulator.AdvanceTo(0.1)
     assert planner.asked[0][:3] == (10, 2, None)
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        ([0, DROP], r"sequence 0; valid: from 1 on, or \[0, -1\]"),
+        ([-1, DROP], "sequence -1; valid: from 1 on"),
+        ([1, 3.7], "valid: whole numbers"),
+        ([1.5, DROP], "valid: whole numbers"),
+        ([1, np.nan], "valid: whole numbers"),
+        ([1, 99], "action index"),
+        ([1, -1], "action index"),
+    ],
+)
+def test_a_request_that_is_none_is_refused(request_, message):
+    _, executor, simulator, context = rig()
+    executor.GetInputPort("request").FixValue(context, request_)
+    with pytest.raises(ModelError, match=message):
+        simulator.AdvanceTo(0.1)
+
+
+@pytest.mark.parametrize("when", [0.1, 5.0])
+def test_another_action_needs_a_number_of_its_own_while_one_is_under_way_and_after(when):
+    _, executor, simulator, context = rig()
+    executor.GetInputPort("request").FixValue(context, [3, DROP])
+    simulator.AdvanceTo(when)
+    executor.GetInputPort("request").FixValue(context, [3, 0])
+    with pytest.raises(ModelError, match=f"sequence 3 was action {DROP}; valid: a new number"):
+        simulator.AdvanceTo(when + 0.1)
+
+
+@pytest.mark.parametrize("start", [{"q": HOME[:6]}, {"q": HOME * np.nan}, {"width": np.nan}])
+def test_a_start_that_is_none_is_refused(start):
+    with pytest.raises(ModelError, match=r"q|width"):
+        ActionExecutor(Planner(), **start)
+    executor = ActionExecutor(Planner())
+    with pytest.raises(ModelError, match=r"q|width"):
+        executor.start_at(executor.CreateDefaultContext(), **{"q": HOME, "width": 0.0, **start})
+
+
+def test_going_home_at_home_is_played():
+    """The rest of a motion, a rounding long, is a motion."""
+    timeline = Timeline(HOME, 0.085, (Move(np.array([HOME, HOME + 1e-12])),), LIMIT)
+    assert 0.0 < timeline.duration < 0.02
+    np.testing.assert_allclose(timeline.arm(timeline.duration), HOME, atol=1e-11)

@@ -3,6 +3,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from diagrams.reference_ramp import ReferenceRamp
+from models.errors import ModelError
 
 
 def run(seconds, command, start):
@@ -25,3 +26,18 @@ def test_arrives_and_rests_exactly_on_the_command():
     position, velocity = np.split(run(1.0, [0.3, 0.1], [0.2, 0.1]), 2)
     assert position == pytest.approx([0.3, 0.1], abs=1e-15)
     assert velocity == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"speed": 0.0, "period": 0.01},
+        {"speed": np.nan, "period": 0.01},
+        {"speed": [1.0, 2.0, 3.0], "period": 0.01},
+        {"speed": 1.0, "period": 0.0},
+        {"speed": 1.0, "period": np.nan},
+    ],
+)
+def test_speed_and_period_are_above_zero(options):
+    with pytest.raises(ModelError, match=r"speed|period"):
+        ReferenceRamp(2, **options)

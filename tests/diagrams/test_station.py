@@ -5,6 +5,7 @@ from pydrake.systems.analysis import Simulator
 
 from diagrams.gripper_controller import GRIP_FORCE
 from diagrams.station import Station
+from models.errors import ModelError
 from models.scenes.planning_scene import HOME
 from models.task.spaces import GOAL_STATE
 
@@ -70,3 +71,38 @@ def test_a_closed_gripper_stops_at_its_end_without_grip_force(station):
     simulator.AdvanceTo(0.5)
     assert measured(station, root, "gripper.position_measured")[0] < 0.003
     assert abs(measured(station, root, "gripper.force_measured")[0]) < 0.25 * GRIP_FORCE
+
+
+@pytest.mark.parametrize("time_step", [0.0, -0.001, np.nan, np.inf, "short", None])
+def test_a_time_step_is_above_zero(time_step):
+    with pytest.raises(ModelError, match="time_step"):
+        Station(time_step=time_step)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"q": HOME[:6]}, "q has shape"),
+        ({"q": HOME * np.nan}, "q holds a value that is not finite"),
+        ({"q": "home"}, "q: 'home'; wanted real numbers"),
+        ({"width": np.nan}, "width: nan"),
+        ({"width": "wide"}, "width: 'wide'"),
+        ({"X_WO": np.eye(4)}, "X_WO: ndarray; valid"),
+        ({"X_WO": RigidTransform([np.nan, 0.0, 0.0])}, "X_WO holds a value that is not finite"),
+    ],
+)
+def test_a_start_that_is_none_is_refused_before_anything_moves(station, options, message):
+    root = station.CreateDefaultContext()
+    station.initialize(root, X_WO=CUBE_ASIDE)
+    before = station.plant.GetPositions(station.plant.GetMyContextFromRoot(root))
+    with pytest.raises(ModelError, match=message):
+        station.initialize(root, **{"X_WO": CUBE_ASIDE, **options})
+    after = station.plant.GetPositions(station.plant.GetMyContextFromRoot(root))
+    np.testing.assert_array_equal(after, before)
+
+
+def test_an_opening_is_a_number(station):
+    simulator, root = started(station)
+    station.GetInputPort("gripper.position_command").FixValue(root, [np.nan])
+    with pytest.raises(ModelError, match="position_command: nan"):
+        simulator.AdvanceTo(0.01)

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from pydrake.geometry import Box, Capsule, Cylinder, Sphere
+from pydrake.math import RigidTransform
 
 from models.errors import ModelError
 from models.gen3.capsules import DOUBTFUL, FREE, FURNITURE, SELF, capsules_of, enclose, verdicts
 from models.scenes.planning_scene import MARGIN, PlanningScene
+from tests.models.tools import FOREARM, random_tools, scene_with, weld_tool
 
 
 def surface(shape, rng, count=400):
@@ -66,3 +68,25 @@ def test_what_the_capsules_stand_for():
     # Box and table end at the base's height.
     np.testing.assert_allclose(capsules.high[:, 2], 0.0, atol=1e-12)
     assert len(capsules_of(PlanningScene(carrying=True)).radius) == len(capsules.radius) + 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_verdicts_agree_with_drake_where_tools_are_welded_on(seed):
+    rng = np.random.default_rng(seed)
+    scene = scene_with(lambda plant: random_tools(plant, rng))
+    capsules = capsules_of(scene)
+    low = np.maximum(scene.lower, -np.pi)
+    q = rng.uniform(low, -low, (600, 7))
+    found = verdicts(capsules, q, MARGIN)
+    free = np.array([scene.is_free(row, MARGIN) for row in q])
+    assert free[found == FREE].all()
+    assert not free[np.isin(found, (SELF, FURNITURE))].any()
+    assert (found == FREE).mean() > 0.1
+
+
+def test_a_tool_counts_with_the_link_that_it_is_welded_to():
+    scene = scene_with(
+        lambda plant: weld_tool(plant, FOREARM, Capsule(0.02, 0.1), RigidTransform())
+    )
+    before = capsules_of(PlanningScene()).link.tolist()
+    assert sorted(capsules_of(scene).link.tolist()) == sorted([*before, 4])

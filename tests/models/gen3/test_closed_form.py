@@ -197,3 +197,20 @@ def test_home_is_found_from_the_lists_of_its_numbers():
 def test_what_is_no_pose_is_refused(R, p, q3, message):
     with pytest.raises(ModelError, match=message):
         solve_batch(R, p, q3)
+
+
+@pytest.mark.parametrize("joint", [1, 3, 5])
+def test_a_posture_with_a_joint_at_its_limit_is_among_its_own_branches(joint):
+    """But for the few beside a singularity, as the module's first lines say."""
+    rng = np.random.default_rng(joint)
+    low = np.minimum(LIMIT, np.pi)
+    postures = rng.uniform(-low, low, (200, 7))
+    postures[:, joint] = rng.choice([-1.0, 1.0], 200) * LIMIT[joint]
+    missing = 0
+    for q in postures:
+        R, p = forward(q)
+        answers = solve_branches(R, p, q[2])
+        assert (np.abs(answers) <= LIMIT).all()
+        away = np.abs((answers - q + np.pi) % (2.0 * np.pi) - np.pi).max(axis=1, initial=0.0)
+        missing += not (away < 1e-6).any()
+    assert missing <= 1

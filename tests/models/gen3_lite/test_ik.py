@@ -155,7 +155,8 @@ def test_limits_are_a_question_of_their_own(solutions):
     assert 0 < within.sum() < (~np.isnan(solutions.q[..., 0])).sum()
     assert within.any(axis=1).all()
     assert within_limits(LIMIT) and within_limits(-LIMIT)
-    assert not within_limits(LIMIT + 1e-9 * np.eye(6)[5])
+    assert within_limits(LIMIT + 1e-12)
+    assert not within_limits(LIMIT + 1e-8 * np.eye(6)[5])
     assert not within_limits(np.full(6, np.nan))
 
 
@@ -185,3 +186,15 @@ def test_batch_equals_single(poses, solutions):
 def test_what_is_no_pose_is_refused(R, p, message):
     with pytest.raises(ModelError, match=message):
         solve_batch(R, p)
+
+
+def test_a_posture_with_a_joint_at_its_limit_is_among_the_answers_within_the_limits():
+    rng = np.random.default_rng(4)
+    postures = rng.uniform(-LIMIT, LIMIT, (300, 6))
+    joint = rng.integers(0, 6, 300)
+    postures[range(300), joint] = rng.choice([-1.0, 1.0], 300) * LIMIT[joint]
+    R, p = (np.array(parts) for parts in zip(*map(forward, postures), strict=True))
+    answers = solve_batch(R, p).q
+    for q, found, within in zip(postures, answers, within_limits(answers), strict=True):
+        away = np.abs((found[within] - q + np.pi) % (2.0 * np.pi) - np.pi).max(axis=1)
+        assert (away < 1e-6).any()

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from models.errors import ModelError
+from models.inverse_kinematics.optimised import Starts, follow, search
 from models.inverse_kinematics.solution import ANGLE_TOLERANCE, POSITION_TOLERANCE, Failure, reaches
 from models.inverse_kinematics.solver import IkSolver, solve
 from models.maps.gripper_poses import gripper_pose
@@ -136,3 +138,49 @@ def test_an_arm_without_a_closed_form_goes_to_the_optimiser():
     answer = solver.solve(lite.forward(q), seed=q + 0.1)
     assert answer.failure is None
     assert reaches(lite, answer.q, lite.forward(q))
+
+
+@pytest.mark.parametrize("margin", [np.nan, np.inf, "wide", None, 1j])
+def test_a_margin_is_a_number(scene, solver, margin):
+    X_WG = scene.forward(HOME)
+    for ask in (
+        lambda: solver.solve(X_WG, margin=margin),
+        lambda: search(scene, X_WG, Starts(HOME), margin=margin),
+    ):
+        with pytest.raises(ModelError, match="margin"):
+            ask()
+
+
+@pytest.mark.parametrize("seed", [HOME[:6], HOME * np.nan, HOME + 1j, "home"])
+def test_a_seed_is_a_posture(scene, solver, seed):
+    X_WG = scene.forward(HOME)
+    for ask in (
+        lambda: solver.solve(X_WG, seed=seed),
+        lambda: search(scene, X_WG, Starts(seed)),
+        lambda: follow(scene, X_WG, seed),
+    ):
+        with pytest.raises(ModelError, match=r"seed|start"):
+            ask()
+
+
+@pytest.mark.parametrize("X_WG", [np.eye(4), None, RigidTransform([0.0, np.inf, 0.0])])
+def test_a_pose_is_a_rigid_transform(scene, solver, X_WG):
+    for ask in (lambda: solver.solve(X_WG), lambda: follow(scene, X_WG, HOME)):
+        with pytest.raises(ModelError, match="X_WG"):
+            ask()
+
+
+def test_scenes_are_scenes_and_attempts_are_counted():
+    with pytest.raises(ModelError, match="scene: str"):
+        IkSolver("scene")
+    with pytest.raises(ModelError, match="attempts: 0"):
+        IkSolver(PlanningScene(), attempts=0)
+
+
+def test_a_pose_with_a_joint_at_its_limit_is_solved(scene, solver):
+    rng = np.random.default_rng(8)
+    for q in postures(scene, 60, 8):
+        joint = rng.choice([1, 3, 5])
+        q[joint] = rng.choice([-1.0, 1.0]) * scene.upper[joint]
+        if scene.is_free(q, 2.0 * MARGIN):
+            assert_solved(scene, solver.solve(scene.forward(q), seed=q), scene.forward(q), q)

@@ -4,12 +4,18 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from pydrake.geometry import Box
 from pydrake.math import RigidTransform, RollPitchYaw
 
+from models.errors import ModelError
+from models.inverse_kinematics.optimised import follow
 from models.motion.paths import PROVED, PathPlanner, plan_path, wind_path
+from models.motion.timing import time_path
 from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
+from tests.models.tools import add_body, scene_with
 
 LEFT, RIGHT = HOME + np.array([0.9] + [0.0] * 6), HOME - np.array([0.9] + [0.0] * 6)
+UP = np.array([0.0, 0.0, 1.0])
 ABOVE = HOME + np.array([0.0, -0.6, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
@@ -152,3 +158,95 @@ class TestCornerCuts:
     def test_a_repeated_waypoint_is_not_a_corner(self, empty):
         path = np.array([LEFT, ABOVE, ABOVE, RIGHT])
         np.testing.assert_array_equal(empty.corner_cuts(path), np.zeros(4))
+
+
+class TestRefusals:
+    BEYOND = HOME + (2.2 - HOME[5]) * np.eye(7)[5]  # of joint 6, whose limit is 2.09
+
+    def test_a_goal_beyond_a_joint_limit_is_refused_by_name(self, empty):
+        with pytest.raises(ModelError, match=r"q_to: joint_6 at 2.2 rad; valid: -2.09 to 2.09"):
+            empty.plan(HOME, self.BEYOND)
+        with pytest.raises(ModelError, match=r"via: joint_6 at 2.2 rad"):
+            empty.plan(HOME, HOME + 0.1, [[self.BEYOND]])
+        with pytest.raises(ModelError, match=r"q_to: joint_4 at -130.061 rad"):
+            plan_path(empty.scene, HOME, np.degrees(HOME))
+
+    def test_a_goal_at_a_limit_is_none_beyond(self, empty):
+        at = HOME + (empty.scene.upper[5] + 1e-12 - HOME[5]) * np.eye(7)[5]
+        assert empty.plan(HOME, at) is not None
+
+    def test_a_start_beyond_a_limit_may_be_left(self, empty):
+        path = empty.plan(self.BEYOND, HOME)
+        np.testing.assert_array_equal(path, [self.BEYOND, HOME])
+        assert time_path(path, empty.scene.velocity_limit).end_time() > 0.5
+
+    @pytest.mark.parametrize("q", [HOME[:6], np.append(HOME, 0.0), HOME * np.nan, HOME + 1j, "q"])
+    def test_what_is_no_posture_is_refused(self, empty, q):
+        for ask in (
+            lambda: empty.plan(q, HOME),
+            lambda: empty.plan(HOME, q),
+            lambda: empty.plan(HOME, HOME + 0.1, [[q]]),
+            lambda: empty.segment_is_free(q, HOME),
+            lambda: empty.segment_is_free(HOME, q),
+            lambda: empty.corner_cuts([q, q]),
+        ):
+            with pytest.raises(ModelError, match=r"q_from|q_to|via|waypoints"):
+                ask()
+
+    @pytest.mark.parametrize("margin", [0.0, -0.001, np.nan, np.inf, "wide", None])
+    def test_a_margin_is_above_zero(self, empty, margin):
+        with pytest.raises(ModelError, match="margin"):
+            PathPlanner(empty.scene, margin)
+
+    def test_a_search_draws_from_a_generator(self, empty):
+        with pytest.raises(ModelError, match="search: 0"):
+            empty.plan(HOME, LEFT, search=0)
+
+    def test_scenes_are_scenes(self):
+        with pytest.raises(ModelError, match="scene: NoneType"):
+            PathPlanner(None)
+
+
+def test_a_wide_margin_is_kept_as_well(blocked):
+    """Wider than a distance query looks in general."""
+    q_from, q_to = LEFT, LEFT + 0.05 * np.eye(7)[0]
+    nearest = smallest_distance(blocked, q_from, q_to)
+    wide = PathPlanner(blocked, max(0.04, nearest + 0.01))
+    assert not wide.segment_is_free(q_from, q_to)
+
+
+def distance_of(scene, name):
+    """Of a body, from whatever is nearest to it at home."""
+    scene.forward(HOME)
+    query = scene.plant.get_geometry_query_input_port().Eval(scene.context)
+    ids = set(scene.plant.GetCollisionGeometriesForBody(scene.plant.GetBodyByName(name)))
+    pairs = query.ComputeSignedDistancePairwiseClosestPoints(0.2)
+    return min(pair.distance for pair in pairs if {pair.id_A, pair.id_B} & ids)
+
+
+def test_a_start_near_a_thin_plate_may_be_left_but_not_through_it(empty):
+    """The plate is thinner than the way that a start within the margin may go to gain it."""
+
+    def scene_at(height):
+        def add(plant):
+            plate = add_body(plant, "plate", Box(0.2, 0.2, 0.004))
+            X_WP = RigidTransform(tcp + height * UP)
+            plant.WeldFrames(plant.world_frame(), plate.body_frame(), X_WP)
+
+        return scene_with(add)
+
+    X_WG = empty.scene.forward(HOME)
+    tcp = X_WG.translation()
+    height = 0.15
+    for _ in range(6):
+        paths = PathPlanner(scene_at(height))
+        height -= distance_of(paths.scene, "plate") - MARGIN / 2.0
+    assert paths.scene.clearance(HOME).distance == pytest.approx(MARGIN / 2.0, rel=0.1)
+    higher, lower = (
+        follow(paths.scene, RigidTransform(X_WG.rotation(), tcp + rise * UP), HOME)
+        for rise in (0.1, -0.1)
+    )
+    assert paths.scene.is_free(lower) and smallest_distance(paths.scene, HOME, higher) < 0.0
+    assert not paths.segment_is_free(HOME, higher)
+    assert paths.segment_is_free(HOME, lower)
+    assert not paths.segment_is_free(lower, HOME)

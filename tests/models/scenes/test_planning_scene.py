@@ -5,6 +5,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from models.dh import GEN3_DH, forward_kinematics
+from models.errors import ModelError
 from models.scenes.planning_scene import HOME, PlanningScene
 from models.task.spaces import GRIPPER_NAMES, R_WG
 
@@ -121,3 +122,62 @@ def test_closing_axis_is_level_and_camera_on_the_upper_side():
     for R, name in zip(R_WG, GRIPPER_NAMES, strict=True):
         if not name.startswith("vertical"):
             assert -R[2, 0] > 0.5, name
+
+
+NO_POSTURES = {
+    "too few": HOME[:6],
+    "too many": np.append(HOME, 0.0),
+    "a batch": HOME[None],
+    "not a number": np.where(np.arange(7) == 3, np.nan, HOME),
+    "infinite": np.where(np.arange(7) == 2, np.inf, HOME),
+    "complex": HOME + 0j,
+    "text": [str(angle) for angle in HOME],
+    "nothing": None,
+}
+
+
+@pytest.mark.parametrize("q", NO_POSTURES.values(), ids=NO_POSTURES)
+def test_what_is_no_posture_is_refused_and_drake_does_not_end_the_program(empty, q):
+    X_WG = empty.forward(HOME)
+    for ask in (
+        empty.forward,
+        empty.clearance,
+        empty.is_free,
+        empty.jacobian,
+        empty.within_limits,
+        lambda q: empty.error(q, X_WG),
+        lambda q: empty.hand_is_blocked(q, 0.002),
+    ):
+        with pytest.raises(ModelError, match=r"^q"):
+            ask(q)
+
+
+@pytest.mark.parametrize("number", [np.nan, "wide", None, 1j, [0.01, 0.02]])
+def test_widths_and_distances_are_numbers(empty, number):
+    with pytest.raises(ModelError, match="width"):
+        empty.open_to(number)
+    with pytest.raises(ModelError, match="limit of distances"):
+        empty.is_free(HOME, number)
+
+
+@pytest.mark.parametrize("X", [np.eye(4), "here", RigidTransform([np.nan, 0.0, 0.0])])
+def test_poses_are_rigid_transforms(empty, X):
+    with pytest.raises(ModelError, match="X_WO"):
+        empty.place_cube(X)
+    with pytest.raises(ModelError, match="X_WG"):
+        empty.error(HOME, X)
+
+
+def test_a_robot_is_one():
+    with pytest.raises(ModelError, match="robot: 'gen3'"):
+        PlanningScene(robot="gen3")
+
+
+def test_everything_is_nearer_than_infinity(empty):
+    assert np.isfinite(empty.clearance(HOME, np.inf).distance)
+
+
+def test_a_joint_at_its_limit_is_within_by_a_rounding(empty):
+    at = HOME + (empty.upper[5] - HOME[5]) * np.eye(7)[5]
+    assert empty.within_limits(at + 1e-12)
+    assert not empty.within_limits(at + 1e-6)

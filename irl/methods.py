@@ -36,8 +36,9 @@ with shares of a label: all but the linear programs and birl.
 
 The linear programs (3.7) and (3.12) ask for the best action of every state, and demonstrations
 tell some. Their margins range over the demonstrated states, and elsewhere a run is taken to end:
-completing the policy by a guess would make the program explain the guess. (3.9) completes it by
-itself.
+completing the policy by a guess would make the program explain the guess. (3.9), and (3.12) where
+it chooses its bumps, value it elsewhere by even choices first, and then by the best ones under the
+reward found.
 """
 
 import time

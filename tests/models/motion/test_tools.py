@@ -70,28 +70,26 @@ def test_a_tool_moves_with_the_joints_before_the_link_that_it_is_welded_to(where
 
 
 def test_a_tool_is_not_driven_through_a_post():
-    """A swing of joint 1, with a post where the tool's path crosses, and nothing else near."""
+    """Both small and away from all else: 4 of these swings were declared free, 6 mm deep."""
 
     def add(plant):
-        weld_tool(plant, HAND, Box(0.02, 0.02, 0.30), RigidTransform([-0.1, 0.0, 0.25]))
-        post = add_body(plant, "post", Box(0.04, 0.04, 0.10))
+        weld_tool(plant, HAND, small, RigidTransform([0.0, 0.12, 0.12]))
+        post = add_body(plant, "post", small)
         plant.WeldFrames(plant.world_frame(), post.body_frame(), RigidTransform(at))
 
-    at = [0.0, 0.0, 5.0]
+    small, at = Box(0.006, 0.006, 0.006), np.array([0.0, 0.0, 5.0])
     scene = scene_with(add)
     scene.forward(HOME)
     tool = scene.plant.GetBodyByName("tool_on_base").EvalPoseInWorld(scene.context)
-    at = tool @ np.array([0.0, 0.0, 0.12])
+    at = tool.translation()
     scene = scene_with(add)
-    swing = HOME - np.eye(7)[0], HOME + np.eye(7)[0]
+    paths, rng = PathPlanner(scene), np.random.default_rng(0)
+    for _ in range(200):
+        way = rng.normal(size=7)
+        way /= np.linalg.norm(way)
+        q_from, q_to = HOME - rng.uniform(0.15, 0.6) * way, HOME + rng.uniform(0.15, 0.6) * way
+        assert not (scene.is_free(q_from) and paths.segment_is_free(q_from, q_to))
     assert scene.clearance(HOME).distance < 0.0
-    assert {name.split("::")[0] for name in scene.clearance(HOME).bodies} == {
-        "tool_on_base",
-        "post",
-    }
-    paths = PathPlanner(scene)
-    assert not paths.segment_is_free(*swing)
-    assert PathPlanner(PlanningScene()).segment_is_free(*swing)
 
 
 def hinged(plant, parent):

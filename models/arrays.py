@@ -4,6 +4,8 @@ Drake ends the program where an assertion of its own fails, and NumPy's messages
 argument nor what it should be. Whatever takes numbers from a user therefore looks at them first.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -29,6 +31,22 @@ def finite_array(value: ArrayLike, trailing: tuple[int, ...], name: str) -> Arra
         wanted = ", ".join(["...", *map(str, trailing)])
         raise ModelError(f"{name} has shape {list(array.shape)}; wanted [{wanted}]")
     return _finite(array, name)
+
+
+def refuse_first(bad: NDArray[np.bool_], name: str, say: Callable[[tuple[int, ...]], str]) -> None:
+    """Refuse a stack of arrays of which some are bad; name the first of them.
+
+    Args:
+        bad: bool ``[...]``, one for each; of a single array ``[]``.
+        name: what messages call the stack.
+        say: from the index of the first to what is wrong with it.
+
+    Raises:
+        ModelError: if any is bad.
+    """
+    for index in np.argwhere(bad)[:1]:
+        first = tuple(index.tolist())
+        raise ModelError(f"{name}{''.join(f'[{i}]' for i in first)} {say(first)}")
 
 
 def finite_vector(value: ArrayLike, size: int, name: str) -> Array:

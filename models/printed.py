@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.arrays import refuse_first
 from models.errors import ModelError
 
 Array = NDArray[np.float64]
@@ -45,11 +46,11 @@ def renormalised(R: ArrayLike, tolerance: float = SIX_DECIMALS, name: str = "R")
     nearest = U @ Vt
     distance = np.linalg.norm(matrices - nearest, axis=(-2, -1))
     bad = distance > tolerance
-    if bad.any():
-        first = np.unravel_index(int(np.argmax(bad)), bad.shape)
-        where = "".join(f"[{i}]" for i in first)
-        raise ModelError(
-            f"{name}{where} is {distance[first]:.3g} from the nearest rotation; valid: at most "
-            f"{tolerance:g}"
-        )
+    refuse_first(
+        bad,
+        name,
+        lambda first: (
+            f"is {distance[first]:.3g} from the nearest rotation; valid: at most {tolerance:g}"
+        ),
+    )
     return nearest

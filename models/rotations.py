@@ -19,7 +19,7 @@ one representative into another.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from models.arrays import finite_array
+from models.arrays import finite_array, refuse_first
 from models.errors import ModelError
 
 ROUNDING = 1e-12
@@ -72,13 +72,14 @@ def require_rotation(R: ArrayLike, name: str = "R") -> Array:
     defect = np.linalg.norm(gram, axis=(-2, -1))
     determinant = np.linalg.det(clipped)
     bad = (defect > ORTHONORMAL) | (determinant < 0)
-    if bad.any():
-        first = np.unravel_index(int(np.argmax(bad)), bad.shape)
-        where = "".join(f"[{i}]" for i in first)
-        raise ModelError(
-            f"{name}{where} is not a rotation: ‖RᵀR − I‖ = {defect[first]:.3g}, det = "
+    refuse_first(
+        bad,
+        name,
+        lambda first: (
+            f"is not a rotation: ‖RᵀR − I‖ = {defect[first]:.3g}, det = "
             f"{determinant[first]:.3g}; wanted at most {ORTHONORMAL:g} and +1"
-        )
+        ),
+    )
     return R
 
 

@@ -282,19 +282,27 @@ def try_task(whole, folder, rng):
     task_agrees(folder)
 
 
+def write_bent(path, data, rng, share, bend):
+    """Write tensors damaged in a share of cases by the byte, else as ``bend`` does; if it could."""
+    try:
+        by_byte = rng.random() < share
+        path.write_bytes(bent_bytes(data, rng) if by_byte else to_bytes(*bend(*from_bytes(data))))
+    except InputError:  # a type that the format does not have
+        return False
+    return True
+
+
 def try_policy(whole, folder, rng):
     folder.mkdir()
     data, path = (whole / "policy.safetensors").read_bytes(), folder / "p.safetensors"
-    if rng.random() < 0.4:
-        path.write_bytes(bent_bytes(data, rng))
-    else:
-        arrays, metadata = from_bytes(data)
+
+    def bend(arrays, metadata):
         if rng.random() < 0.2:
             metadata[pick(rng, sorted(metadata))] = str(pick(rng, HOSTILE))
-        try:
-            path.write_bytes(to_bytes(bent_arrays(arrays, rng), metadata))
-        except InputError:  # a type that the format does not have
-            return
+        return bent_arrays(arrays, rng), metadata
+
+    if not write_bent(path, data, rng, 0.4, bend):
+        return
     task = load_task(whole / "task")
     mask = task.model.mask
     policy = load_policy(path, task.task_hash, mask)
@@ -309,18 +317,15 @@ def try_policy(whole, folder, rng):
 def try_checkpoint(whole, folder, rng):
     folder.mkdir()
     data, path = (whole / "work.checkpoint").read_bytes(), folder / "work.checkpoint"
-    if rng.random() < 0.5:
-        path.write_bytes(bent_bytes(data, rng))
-    else:
-        arrays, metadata = from_bytes(data)
+
+    def bend(arrays, metadata):
         if rng.random() < 0.5:
             metadata["checkpoint"] = bent_json(metadata["checkpoint"], rng)
-        else:
-            arrays = bent_arrays(arrays, rng)
-        try:
-            path.write_bytes(to_bytes(arrays, metadata))
-        except InputError:
-            return
+            return arrays, metadata
+        return bent_arrays(arrays, rng), metadata
+
+    if not write_bent(path, data, rng, 0.5, bend):
+        return
     arrays, state = checkpoint.load(path, {"seed": 1})
     assert state == {"done": 3}
     assert {name: array.tolist() for name, array in arrays.items()} == {

@@ -5,15 +5,9 @@ from irl.errors import InputError
 from irl.generalisation import Generalisation, RulePurity, rule_purity
 
 # Rule near: {(0,0), (1,0), (2,0)} and {(3,1), (4,1)}; rule far: {(0,0), (3,1)}.
-ROWS = [
-    (0, 0, 0, 0),
-    (1, 0, 0, 0),
-    (2, 0, 0, 0),
-    (3, 1, 1, 0),
-    (4, 1, 1, 0),
-    (0, 0, 2, 1),
-    (3, 1, 2, 1),
-]
+STATE, ACTION = (0, 1, 2, 3, 4, 0, 3), (0, 0, 0, 1, 1, 0, 1)
+GROUP, RULE = (0, 0, 0, 1, 1, 2, 2), (0, 0, 0, 0, 0, 1, 1)
+ROWS = list(zip(STATE, ACTION, GROUP, RULE, strict=True))
 
 
 def build(rows=ROWS, names=("near", "far")) -> Generalisation:

@@ -149,7 +149,7 @@ def active_fa_mlirl(
     Args:
         problem: what is known beforehand, with features; its discount factor is used by the
             Bellman penalty alone.
-        demonstrations: D₀, of which one label a state is used.
+        demonstrations: D₀.
         teacher: answers questions; without an expert there is no advice.
         config: every choice; the thesis' by default.
         rng: the only source of chance, the network's initialisation included.
@@ -171,14 +171,13 @@ def active_fa_mlirl(
     if not config.action_advice or config.cluster_query == "none":
         teacher = replace(teacher, expert=None)
     demonstrations.check(problem.model, "demonstrations")
-    labels = demonstrations.resolved()
-    most = config.max_demonstrated
-    if most is not None and labels.n_states_demonstrated > most:
+    most, labelled = config.max_demonstrated, demonstrations.n_states_demonstrated
+    if most is not None and labelled > most:
         raise InputError(
-            f"max_demonstrated: {most} is below the {labels.n_states_demonstrated} states that the "
-            "initial demonstrations label"
+            f"max_demonstrated: {most} is below the {labelled} states that the initial "
+            "demonstrations label"
         )
-    state = _begin(problem, labels, teacher, config, rng)
+    state = _begin(problem, demonstrations, teacher, config, rng)
     files = ActiveFiles(checkpoint, identity(state, problem, config))
     run = _Run(problem, teacher, config, state, callback, files)
     q = run.first_training()
@@ -289,7 +288,7 @@ class _Run:
             model=problem.model,
             q=q,
             features=problem.required_features(np.float32),
-            demonstrated=state.labels.state,
+            demonstrated=np.unique(state.labels.state),
             candidates=candidate_states(problem.model, known, problem.candidates),
             beta=config.query_beta,
             start_states=problem.start_states,

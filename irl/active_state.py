@@ -71,13 +71,16 @@ class ActiveState:
         return most is not None and self.labels.n_states_demonstrated >= most
 
     def learn_of(self, answer: Demonstrations, most: int | None) -> None:
-        """Add labels, but for the last ones that would lift the labelled states above ``most``."""
+        """Add labels, but for those of the last states that would lift the labelled ones above.
+
+        An answer under the number of an earlier one replaces it: see ``Demonstrations.corrected``.
+        """
         if most is not None:
-            answer = answer.resolved()
-            new = ~np.isin(answer.state, self.labels.state)
-            room = most - self.labels.n_states_demonstrated
-            answer = answer.select(~new | (np.cumsum(new) <= room))
-        self.labels = self.labels.merge(answer)
+            states = answer.states_by_rank
+            new = states[~np.isin(states, self.labels.state)]
+            surplus = new[most - self.labels.n_states_demonstrated :]
+            answer = answer.select(~np.isin(answer.state, surplus))
+        self.labels = self.labels.corrected(answer)
 
     def speak_of(self, cluster: str) -> None:
         """Note that ``cluster`` is dealt with; a new intersection joins the clusters.
@@ -166,6 +169,7 @@ def identity(state: ActiveState, problem: LearningProblem, config: Any) -> dict[
         ),
         "features": checkpoint.fingerprint(problem.required_features(np.float32)),
         "gamma": problem.gamma,
+        "labels": "all, with their counts",  # of old, one a state
         "fixed_vr": sorted((int(s), float(v)) for s, v in problem.fixed_vr.items()),
         "demonstrations": checkpoint.fingerprint(
             *(getattr(labels, column.name) for column in fields(labels))

@@ -75,19 +75,21 @@ def _collect(
     rng: np.random.Generator,
     max_steps: int,
 ) -> Demonstrations:
-    """Merge prepared trajectories from random starts until ``count`` states have a label."""
+    """Gather prepared trajectories from random starts until ``count`` states have a label."""
     gathered = Demonstrations.empty()
-    trajectory = fruitless = 0
-    while len(gathered) < count:
-        before = len(gathered)
+    labelled = trajectory = fruitless = 0
+    while labelled < count:
+        before = labelled
         pairs = demonstrator.trajectory(int(rng.choice(starts)), rng, max_steps)
-        gathered = gathered.merge(prepare(Demonstrations.from_pairs(pairs, trajectory)))
+        prepared = prepare(Demonstrations.from_pairs(pairs, trajectory))
+        gathered = Demonstrations.concatenate([gathered, prepared])
+        labelled = gathered.n_states_demonstrated
         trajectory += 1
-        fruitless = 0 if len(gathered) > before else fruitless + 1
+        fruitless = 0 if labelled > before else fruitless + 1
         if fruitless == _PATIENCE:
             raise InputError(
                 f"demonstrations: {count} states wanted, but trajectories from the given starts "
-                f"reach only {len(gathered)}"
+                f"reach only {labelled}"
             )
     return gathered
 
@@ -101,8 +103,8 @@ def initial_demonstrations(
 ) -> Demonstrations:
     """Demonstrate from random starts, generalising, until ``count`` states have a label (§6.3).
 
-    The last trajectory may bring too many: the surplus is dropped from the end, generalised
-    pairs first.
+    All labels of a state are kept, however often it was shown. The last trajectory may bring too
+    many states: the surplus is dropped from the end, generalised ones first.
 
     Args:
         teacher: who demonstrates, and what follows from it.
@@ -115,9 +117,7 @@ def initial_demonstrations(
         InputError: if trajectories stop bringing new states before ``count`` is reached.
     """
     gathered = _collect(teacher.demonstrator, starts, count, teacher.generalise, rng, max_steps)
-    # Demonstrated pairs sort before generalised ones, and older before newer.
-    keep = np.argsort(gathered.generalised, kind="stable")[:count]
-    return gathered.select(np.sort(keep))
+    return gathered.select(np.isin(gathered.state, gathered.states_by_rank[:count]))
 
 
 def held_out(
@@ -129,6 +129,8 @@ def held_out(
     max_steps: int = 50,
 ) -> Demonstrations:
     """A validation set: ``n`` distinct states on fresh trajectories, none in ``exclude`` (§6.3).
+
+    Each has one label, of those it got the most frequent.
 
     Args:
         demonstrator: who demonstrates; one without label noise, unless noise is to be scored.
@@ -149,4 +151,4 @@ def held_out(
         rng,
         max_steps,
     )
-    return gathered.select(np.arange(n))
+    return gathered.select(np.isin(gathered.state, gathered.states_by_rank[:n])).resolved()

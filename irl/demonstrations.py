@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from irl.files import atomic_path
 from irl.formats import read_csv, write_csv
 from irl.generalisation import Generalisation
 from irl.integers import integers
+from irl.labels import Labels
 from irl.mdp import TransitionModel
 
 SOURCES = ("demonstrator", "generalised", "human")
@@ -20,7 +22,9 @@ _COLUMNS = ["trajectory", "step", "state", "action", "source"]
 
 @dataclass(frozen=True, eq=False)
 class Demonstrations:
-    """Labelled pairs in the order they were given.
+    """Labelled pairs in the order they were given, contradictions included.
+
+    What they say of each state, all together, is ``counted``.
 
     Attributes:
         trajectory: int64 ``[n]``, which trajectory a pair belongs to; a generalised pair has
@@ -126,9 +130,8 @@ class Demonstrations:
             InputError: if two parts have runs of one number; number them from the start, as
                 ``from_trajectories`` does.
         """
-        return cls(
-            *(np.concatenate([getattr(p, c) for p in (cls.empty(), *parts)]) for c in _COLUMNS)
-        )
+        some = parts or [cls.empty()]
+        return cls(*(np.concatenate([getattr(part, c) for part in some]) for c in _COLUMNS))
 
     def __len__(self) -> int:
         """Number of labelled pairs."""
@@ -148,16 +151,29 @@ class Demonstrations:
         """Which pairs follow from others instead of having been demonstrated; bool ``[n]``."""
         return self.source == _GENERALISED
 
-    def resolved(self) -> "Demonstrations":
-        """One label a state: demonstrated before generalised, then the first given."""
-        order = np.lexsort((np.arange(len(self)), self.generalised, self.state))
-        first = np.ones(len(self), dtype=bool)
-        first[1:] = self.state[order][1:] != self.state[order][:-1]
-        return self.select(np.sort(order[first]))
+    @cached_property
+    def counted(self) -> Labels:
+        """All labels with their counts; what was shown in a state outranks what was generalised."""
+        return Labels.of(self.state, self.action, ~self.generalised)
 
-    def merge(self, other: "Demonstrations") -> "Demonstrations":
-        """Add ``other`` after these and keep one label a state, see ``resolved``."""
-        return Demonstrations.concatenate([self, other]).resolved()
+    def resolved(self) -> "Demonstrations":
+        """One label a state, see ``Labels.most_frequent``, in the order they were given."""
+        return self.select(np.sort(self.counted.most_frequent().first))
+
+    def corrected(self, answers: "Demonstrations") -> "Demonstrations":
+        """Add answers; where one has a run's number, it is that question answered again.
+
+        The former answer is then replaced, the whole run, with all that followed from it. A state
+        that runs of different numbers pass through was shown more than once, and each counts.
+        """
+        kept = ~np.isin(self.trajectory, answers.trajectory)
+        return Demonstrations.concatenate([self.select(kept), answers])
+
+    @property
+    def states_by_rank(self) -> np.ndarray:
+        """The distinct states, int64: those shown before others, then as they were first given."""
+        state = self.state[np.argsort(self.generalised, kind="stable")]
+        return state[np.sort(np.unique(state, return_index=True)[1])]
 
     @property
     def n_states_demonstrated(self) -> int:
@@ -286,22 +302,21 @@ def generalise(
     """Add what follows from the demonstrated pairs (§5.10.1).
 
     Only what was demonstrated speaks for other pairs; what followed before does not, so errors
-    of a rule do not multiply.
+    of a rule do not multiply. A demonstrated pair speaks once for each pair, whether it follows by
+    one rule, by two, or did so before.
 
     Args:
         demonstrations: any set; its own pairs are kept.
         generalisation: groups of feasible pairs.
         rules: names of the rules to apply; all by default.
 
-    Returns:
-        One label a state, see ``Demonstrations.resolved``.
-
     Raises:
         InputError: if a rule is unknown.
     """
     names = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules)]
+    shown = np.flatnonzero(~demonstrations.generalised)
     parts = [demonstrations]
-    for k in np.flatnonzero(~demonstrations.generalised):
+    for k in shown:
         state, action = generalisation.following(
             int(demonstrations.state[k]), int(demonstrations.action[k]), names
         )
@@ -314,4 +329,7 @@ def generalise(
                 source=np.full(state.size, _GENERALISED, dtype=np.uint8),
             )
         )
-    return Demonstrations.concatenate(parts).resolved()
+    every = Demonstrations.concatenate(parts)
+    columns = every.trajectory, every.step, every.state, every.action, every.generalised
+    _, first = np.unique(np.stack(columns), axis=1, return_index=True)
+    return every.select(np.sort(first))

@@ -220,13 +220,15 @@ def _act(
 
 
 class RecordedDemonstrator:
-    """Repeats what was recorded, and knows nothing else."""
+    """Repeats what was recorded, and knows nothing else; of contradicting labels the most frequent.
+
+    See ``Labels.most_frequent``.
+    """
 
     def __init__(self, recording: Demonstrations) -> None:
-        """Answer from ``recording``; among several labels of a state see ``resolved``."""
+        """Answer from ``recording``."""
         self._recording = recording
-        resolved = recording.resolved()
-        self._action = dict(resolved.pairs)
+        self._action = dict(recording.resolved().pairs)
 
     @property
     def states(self) -> np.ndarray:
@@ -249,18 +251,16 @@ class RecordedDemonstrator:
     def trajectory(
         self, state: int, rng: np.random.Generator, max_steps: int = 50
     ) -> list[tuple[int, int]]:
-        """The rest of the first recorded trajectory through ``state``; empty if there is none."""
+        """The rest of the first run that did here what ``label`` says; empty if there is none."""
         record = self._recording
-        shown = np.flatnonzero((record.state == state) & ~record.generalised)
-        if not shown.size:
+        shown = np.flatnonzero(~record.generalised)
+        shown = shown[np.lexsort((record.step[shown], record.trajectory[shown]))]
+        here = (record.state[shown] == state) & (record.action[shown] == self._action.get(state))
+        if not here.any():
             return []
-        rest = np.flatnonzero(
-            (record.trajectory == record.trajectory[shown[0]])
-            & (record.step >= record.step[shown[0]])
-            & ~record.generalised
-        )
-        rest = rest[np.argsort(record.step[rest], kind="stable")][:max_steps]
-        return record.select(rest).pairs
+        rest = shown[here.argmax() :]
+        rest = rest[record.trajectory[rest] == record.trajectory[rest[0]]]
+        return record.select(rest[:max_steps]).pairs
 
 
 @dataclass(frozen=True, eq=False)

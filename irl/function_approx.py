@@ -26,7 +26,7 @@ class Learner:
         network: the VR function, changed in place by ``fit``.
         beta: the inverse temperature that the last training ended with.
         carry_beta: whether a training starts from ``beta`` instead of its own setting.
-        weight: float64 ``[n_states]``, how much a state's label counts; all alike if None.
+        weight: float64 ``[n_states]``, how much a state's labels count; all alike if None.
     """
 
     problem: LearningProblem
@@ -51,10 +51,7 @@ class Learner:
         at = self.problem
         if self.carry_beta:
             config = replace(config, beta=self.beta)
-        weight = None if self.weight is None else self.weight[labels.state]
-        problem = LikelihoodProblem.build(
-            at.model, labels.state, labels.action, weight=weight, fixed_vr=at.fixed_vr
-        )
+        problem = LikelihoodProblem.of(at.model, labels, self.weight, at.fixed_vr)
         bellman = None
         if config.bellman_weight > 0:
             bellman = BellmanTerm(

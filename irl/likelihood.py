@@ -1,5 +1,8 @@
 """How likely the demonstrations are under a VR function: thesis (3.19), as a mean.
 
+Every label counts, as often as it was given, of each state those of the highest rank: see
+`irl.labels`.
+
 The demonstrator is taken to choose action a in state s with probability proportional to
 exp(β Q(s, a)), Q from (3.17), among the *feasible* actions. Only the successors of
 demonstrated states enter, so f is asked for nowhere else.
@@ -11,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irl.checkpoint import fingerprint
+from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.integers import integers
 from irl.mdp import TransitionModel
@@ -25,11 +29,39 @@ class LikelihoodProblem:
         seen: the feasible pairs and successors of the demonstrated states.
         label_share: float64 ``[n_pairs]``: share of the demonstrations' weight on each pair.
         state_share: float64 ``[m]``: the same per demonstrated state; both sum to 1.
+        total: that weight, the number of labels if each counts the same.
     """
 
     seen: Neighbourhood
     label_share: np.ndarray
     state_share: np.ndarray
+    total: float
+
+    @classmethod
+    def of(
+        cls,
+        model: TransitionModel,
+        demonstrations: Demonstrations,
+        state_weight: np.ndarray | None = None,
+        fixed_vr: Mapping[int, float] | None = None,
+    ) -> "LikelihoodProblem":
+        """Prepare demonstrations, in any order: each label counts, as ``Demonstrations.counted``.
+
+        Args:
+            model: the transition model.
+            demonstrations: labelled pairs.
+            state_weight: ``[n_states]``, positive: how much more a state's labels count; all alike
+                if absent.
+            fixed_vr: as for ``build``.
+
+        Raises:
+            InputError: as ``build``.
+        """
+        labels = demonstrations.counted
+        weight = labels.count.astype(np.float64)
+        if state_weight is not None:
+            weight *= state_weight[labels.state]
+        return cls.build(model, labels.state, labels.action, weight, fixed_vr)
 
     @classmethod
     def build(
@@ -40,7 +72,7 @@ class LikelihoodProblem:
         weight: np.ndarray | None = None,
         fixed_vr: Mapping[int, float] | None = None,
     ) -> "LikelihoodProblem":
-        """Prepare demonstrations (``state[i]``, ``action[i]``), each ``[n]``, repeats allowed.
+        """Prepare pairs (``state[i]``, ``action[i]``), each ``[n]``, repeats allowed.
 
         Args:
             model: the transition model.
@@ -75,8 +107,9 @@ class LikelihoodProblem:
             )
         seen = Neighbourhood.of(model, np.unique(state), fixed_vr or {})
         label = np.bincount(np.searchsorted(seen.rows, row), weight, minlength=seen.rows.size)
-        share = label / weight.sum()
-        return cls(seen, share, seen.groups.sum(share))
+        total = label.sum()
+        share = label / total
+        return cls(seen, share, seen.groups.sum(share), float(total))
 
     @property
     def states(self) -> np.ndarray:

@@ -89,7 +89,7 @@ def walk_ends(model: TransitionModel, runs: Demonstrations) -> np.ndarray:
 
 
 def labelled_policy(model: TransitionModel, demonstrations: Demonstrations) -> np.ndarray:
-    """The demonstrated actions, int64 ``[n_states]``; −1, a run's end, where there is none.
+    """The actions demonstrated most often, int64 ``[n_states]``; −1, a run's end, where none was.
 
     Raises:
         InputError: if there is no demonstration, or a pair is infeasible.
@@ -97,10 +97,7 @@ def labelled_policy(model: TransitionModel, demonstrations: Demonstrations) -> n
     if len(demonstrations) == 0:
         raise InputError("demonstrations: at least one (state, action) pair is needed")
     demonstrations.check(model, "demonstrations")
-    labels = demonstrations.resolved()
-    policy = np.full(model.n_states, -1, dtype=np.int64)
-    policy[labels.state] = labels.action
-    return policy
+    return demonstrations.counted.policy(model.n_states)
 
 
 def inverse_temperature(demonstrations: Demonstrations) -> float:

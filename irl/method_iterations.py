@@ -50,9 +50,7 @@ def fa_mlirl(given: Inputs) -> Iteration:
     """A step of Adam on (3.19)."""
     x = given.problem.required_features()
     network = VRFunction(x.shape[1], HIDDEN, generator=torch_generator(given.rng))
-    problem = LikelihoodProblem.build(
-        given.model, given.demonstrations.state, given.demonstrations.action
-    )
+    problem = LikelihoodProblem.of(given.model, given.demonstrations)
     at, ascent = network.at(x[problem.states]), Adam(network.parameters)
     beta = inverse_temperature(given.demonstrations)
 
@@ -97,15 +95,13 @@ def deep_max_ent(given: Inputs) -> Iteration:
 def birl(given: Inputs) -> Iteration:
     """A proposal of Metropolis–Hastings, a reward per state."""
     sampling = SamplingConfig()
-    problem = LikelihoodProblem.build(
-        given.model, given.demonstrations.state, given.demonstrations.action
-    )
+    problem = LikelihoodProblem.of(given.model, given.demonstrations)
     planner = Planner(given.model, given.gamma, tolerance=1e-6 / sampling.beta)
 
     def log_likelihood(reward: np.ndarray) -> tuple[float, None]:
         f = planner.solve(reward)
         mean, _, _ = problem.value_and_gradient(f[problem.states], sampling.beta)
-        return mean * len(given.demonstrations), None
+        return mean * problem.total, None
 
     start = sampling.prior_scale * given.rng.standard_normal(given.model.n_states)
     steps = crank_nicolson(log_likelihood, start, sampling.prior_scale, given.rng, burn_in=0)
@@ -118,9 +114,7 @@ def birl(given: Inputs) -> Iteration:
 
 def behaviour_cloning(given: Inputs) -> Iteration:
     """A unit step along the gradient of the classifier's likelihood."""
-    problem = LikelihoodProblem.build(
-        given.model, given.demonstrations.state, given.demonstrations.action
-    )
+    problem = LikelihoodProblem.of(given.model, given.demonstrations)
     phi = sparse.csr_matrix(state_features(given.model, given.problem.features))
     inputs = sparse.hstack([phi, np.ones((given.model.n_states, 1))], format="csr")
     weights = np.zeros((inputs.shape[1], given.model.n_actions))

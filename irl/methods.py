@@ -253,9 +253,7 @@ def _fa_mlirl(
     if training is None:
         training = TrainingConfig(beta=inverse_temperature(demonstrations))
     fixed_vr = given.problem.fixed_vr
-    problem = LikelihoodProblem.build(
-        model, demonstrations.state, demonstrations.action, fixed_vr=fixed_vr
-    )
+    problem = LikelihoodProblem.of(model, demonstrations, fixed_vr=fixed_vr)
     bellman = None
     if training.bellman_weight > 0:
         bellman = BellmanTerm(

@@ -32,5 +32,5 @@ class Teacher:
         self.generalisation.rule_indices(self.rules)
 
     def generalise(self, shown: Demonstrations) -> Demonstrations:
-        """``shown`` and what follows from it, one label a state."""
+        """``shown`` and what follows from it."""
         return generalise(shown, self.generalisation, self.rules)

@@ -181,7 +181,8 @@ def uncertainty(
     """
     check_range("demonstration_weight", demonstration_weight, 0.0, 1.0)
     shown = model.mask.astype(np.float64)
-    np.add.at(shown, (demonstrations.state, demonstrations.action), 1.0)
+    labels = demonstrations.counted
+    shown[labels.state, labels.action] += labels.count
     frequency = shown / np.maximum(shown.sum(axis=1, keepdims=True), 1.0)
     return demonstration_weight * shannon_entropy(frequency) + (1 - demonstration_weight) * entropy(
         np.where(model.mask, q, -np.inf)

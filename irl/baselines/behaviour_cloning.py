@@ -44,7 +44,7 @@ def behaviour_cloning(
     config = config or RidgeConfig()
     check_range("l2", config.l2, 0, open_low=True)
     phi = sparse.csr_matrix(state_features(model, features))
-    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+    problem = LikelihoodProblem.of(model, demonstrations)
     inputs = sparse.hstack([phi, np.ones((model.n_states, 1))], format="csr")
     shape = inputs.shape[1], model.n_actions
 

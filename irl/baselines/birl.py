@@ -122,7 +122,7 @@ def birl(
     """
     config = config or SamplingConfig()
     phi = state_features(model, features)
-    problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+    problem = LikelihoodProblem.of(model, demonstrations)
     shape = config.chains, config.samples
     weights, likelihoods = np.empty((*shape, phi.shape[1])), np.empty(shape)
     acceptance = np.zeros(config.chains)
@@ -132,14 +132,14 @@ def birl(
 
     for chain, own_rng in enumerate(rng.spawn(config.chains)):
         # Errors of Q up to this change the log-likelihood by 1/500 at most.
-        planner = Planner(model, gamma, tolerance=1e-3 / (config.beta * len(demonstrations)))
+        planner = Planner(model, gamma, tolerance=1e-3 / (config.beta * problem.total))
 
         def log_likelihood(
             omega: np.ndarray, planner: Planner = planner
         ) -> tuple[float, np.ndarray]:
             f = planner.solve(phi @ omega)
             mean, _, _ = problem.value_and_gradient(f[problem.states], config.beta)
-            return mean * len(demonstrations), f
+            return mean * problem.total, f
 
         prior_draw = own_rng.normal(0.0, config.prior_scale, phi.shape[1])
         begin = np.asarray(prior_draw if start is None else start[chain])

@@ -66,7 +66,7 @@ def lp_advice(
 
     Args:
         model: the transition model.
-        demonstrations: labelled pairs, of which one a state is used; may be empty.
+        demonstrations: labelled pairs, of each state the most frequent is used; may be empty.
         advice: preferred and avoided actions.
         gamma: discount factor in [0, 1).
         config: how far either is trusted, and the program's limits.
@@ -87,9 +87,7 @@ def lp_advice(
     if hardness.shape not in ((), (model.n_states,)) or not np.isfinite(hardness).all():
         raise InputError(f"hardness: one finite number or [{model.n_states}] of them wanted")
     demonstrations.check(model, "demonstrations")
-    labels = demonstrations.resolved()
-    shown = np.full(model.n_states, -1, dtype=np.int64)
-    shown[labels.state] = labels.action
+    shown = demonstrations.counted.policy(model.n_states)
 
     lead, state = leads(model, shown)
     n_demonstrated = int(state.max(initial=-1)) + 1

@@ -121,8 +121,9 @@ def explained(model: TransitionModel, q: np.ndarray, demonstrations: Demonstrati
         q: action values ``[n_states, n_actions]``, finite where feasible.
         demonstrations: labelled pairs.
     """
-    choice = model.widths[demonstrations.state] > 1
-    state, action = demonstrations.state[choice], demonstrations.action[choice]
+    labels = demonstrations.counted
+    choice = model.widths[labels.state] > 1
+    state, action, count = labels.state[choice], labels.action[choice], labels.count[choice]
     if not state.size:
         return 0.0
     of_state, feasible = q[state], model.mask[state]
@@ -131,7 +132,8 @@ def explained(model: TransitionModel, q: np.ndarray, demonstrations: Demonstrati
     apart = most - average
     tells = apart > 1e-9 * np.abs(most).max()
     gained = of_state[np.arange(state.size), action] - average
-    return float(np.where(tells, gained / np.where(tells, apart, 1.0), 0.0).mean())
+    share = np.where(tells, gained / np.where(tells, apart, 1.0), 0.0)
+    return float((count * share).sum() / count.sum())
 
 
 def _candidates(

@@ -92,7 +92,7 @@ class FeatureMatching:
         demonstrations.check(model, "demonstrations")
         likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), beta=1.0)
         trajectories = np.unique(demonstrations.trajectory).size
-        return cls(likelihood, phi, len(demonstrations) / trajectories)
+        return cls(likelihood, phi, likelihood.problem.total / trajectories)
 
     def value_and_gradient(self, weights: np.ndarray) -> tuple[float, np.ndarray]:
         """Entropy's dual, as ``value_and_surplus`` for R = Φ ω.

@@ -46,7 +46,7 @@ class PlannedLikelihood:
                 gamma is out of range.
         """
         check_range("beta", beta, 0.0, open_low=True)
-        problem = LikelihoodProblem.build(model, demonstrations.state, demonstrations.action)
+        problem = LikelihoodProblem.of(model, demonstrations)
         return cls(problem, Planner(model, gamma, maximum), beta)
 
     def value_and_gradient(self, reward: np.ndarray) -> tuple[float, np.ndarray]:

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import torch
 
+import irl.active
 import irl.training
 from irl.active import ActiveConfig, active_fa_mlirl
-from irl.active_state import training_files
+from irl.active_state import identity, training_files
 from irl.advice import Advice
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
@@ -15,6 +16,7 @@ from irl.domains.gridworld import DOWN, LEFT, RIGHT, UP, GridWorld
 from irl.errors import InputError
 from irl.function_approx import Learner
 from irl.generalisation import Generalisation
+from irl.likelihood import LikelihoodProblem
 from irl.preferences import StatePreferences
 from irl.problem import LearningProblem
 from irl.queries import (
@@ -136,6 +138,62 @@ def test_most_demonstrated_states_are_never_exceeded():
         run(replace(CONFIG, max_demonstrated=3))
 
 
+def test_every_answer_counts_and_checkpoints_keep_them_all(tmp_path, monkeypatch):
+    config = replace(CONFIG, budget=2, action_advice=False)
+    result, guide = run(config)
+    walks = [ONE_CORNER.pairs, *(Guide([], []).trajectory(s, None) for s in guide.asked)]
+    assert result.demonstrations.pairs == [pair for walk in walks for pair in walk]
+    assert len(result.demonstrations) > result.demonstrations.n_states_demonstrated
+
+    fits = []
+    fit = Learner.fit
+
+    def dies(self, *args, **kwargs):
+        fits.append(args[0])
+        if len(fits) == 3:
+            raise KeyboardInterrupt
+        return fit(self, *args, **kwargs)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Learner, "fit", dies)
+        with pytest.raises(KeyboardInterrupt):
+            run(config, checkpoint=tmp_path / "run")
+    resumed, _ = run(config, checkpoint=tmp_path / "run")
+    assert resumed.q.tobytes() == result.q.tobytes()
+    assert resumed.demonstrations.pairs == result.demonstrations.pairs
+
+
+def test_what_a_run_kept_of_one_label_a_state_is_refused_by_name(tmp_path, monkeypatch):
+    config = replace(SHORT, budget=1)
+
+    def of_old(*args):
+        return {k: v for k, v in identity(*args).items() if k != "labels"}
+
+    with monkeypatch.context() as patch:
+        patch.setattr(irl.active, "identity", of_old)
+        run(config, checkpoint=tmp_path / "run")
+    with pytest.raises(InputError, match=r"run: kept by other work, differing in labels \(nothing"):
+        run(config, checkpoint=tmp_path / "run")
+
+
+def test_one_slip_among_ten_answers_and_the_order_of_rows_do_not_decide():
+    """Nine times to the right from a cell of the left border, once up, where a way goes right."""
+    cell, n = 21, 10
+    runs = [[(cell, RIGHT)]] * 9 + [[(cell, UP)]] + [ONE_CORNER.pairs]
+    shown = Demonstrations.from_trajectories(runs)
+    config = replace(CONFIG, budget=0)
+    q = run(config, demonstrations=shown)[0].q
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        again = run(config, demonstrations=shown.select(rng.permutation(len(shown))))[0].q
+        assert again.tobytes() == q.tobytes()
+    assert q[cell].argmax() == RIGHT
+    problem = LikelihoodProblem.of(WORLD.model, shown)
+    pair = WORLD.model.pair_index(np.array([cell] * 2), np.array([RIGHT, UP]))
+    share = problem.label_share[np.searchsorted(problem.seen.rows, pair)]
+    assert share.tolist() == [9 / (n + len(ONE_CORNER)), 1 / (n + len(ONE_CORNER))]
+
+
 def test_generalisation_enters_the_demonstrations():
     shown = [state for state in range(49) if state not in ONE_CORNER.state and state != 48]
     pairs = np.array([(s, Guide([], []).label(s, None)) for s in shown if s != WORLD.goal_state])
@@ -229,7 +287,7 @@ def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
     problem = NETWORKS_SEE
     network = VRFunction(2, config.hidden, generator=torch_generator(rng))
     learner = Learner(problem, network)
-    labels, advice, asked, advised = ONE_CORNER.resolved(), Advice.none(49, 4), [], []
+    labels, advice, asked, advised = ONE_CORNER, Advice.none(49, 4), [], []
     learner.fit(labels, config.initial, rng)
     for _ in range(config.budget):
         context = QueryContext(
@@ -244,7 +302,8 @@ def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
         )
         asked += select_states(strategy, context).tolist()
         shown = guide.trajectory(asked[-1], rng)
-        labels = labels.merge(Demonstrations.from_pairs(shown, trajectory=len(asked)))
+        answer = Demonstrations.from_pairs(shown, trajectory=len(asked))
+        labels = Demonstrations.concatenate([labels, answer])
         cluster = select_cluster("masked_entropy", context, CLUSTERS, advised)
         if cluster is not None:
             advised.append(cluster)

@@ -33,23 +33,27 @@ def test_from_pairs_counts_steps():
         Demonstrations.from_pairs([], source="dog")
 
 
-def test_merging_keeps_the_first_label_and_demonstrated_ones_above_generalised():
-    first = Demonstrations.from_labels([(0, 0), (0, 1)])
-    derived = Demonstrations.from_pairs([(0, 2), (1, 0), (2, 0)], source="generalised")
-    later = Demonstrations.from_pairs([(1, 1)], trajectory=2, source="human")
-    merged = first.merge(derived).merge(later)
-    assert sorted(merged.pairs) == [(0, 0), (1, 1), (2, 0)]
-    assert merged.n_states_demonstrated == 3
-    assert merged.demonstrated_fraction(12) == 0.25
-    again = merged.merge(Demonstrations.from_pairs([(2, 3)], source="generalised"))
-    assert (2, 0) in again.pairs
-
-
-def test_merging_keeps_the_order_given():
-    merged = Demonstrations.from_pairs([(5, 0), (1, 0)]).merge(
-        Demonstrations.from_pairs([(3, 0)], trajectory=1)
+def test_states_are_counted_once_however_often_they_are_labelled():
+    shown = Demonstrations.from_labels([(5, 0), (5, 1), (1, 0), (5, 0)])
+    more = Demonstrations.concatenate(
+        [Demonstrations.from_pairs([(2, 0), (1, 1)], source="generalised"), shown]
     )
-    assert merged.pairs == [(5, 0), (1, 0), (3, 0)]
+    assert more.n_states_demonstrated == 3
+    assert more.demonstrated_fraction(12) == 0.25
+    assert more.states_by_rank.tolist() == [5, 1, 2]
+
+
+def test_an_answer_that_was_changed_replaces_the_old_one_with_all_that_followed():
+    runs = [[(0, 0)], [(1, 1), (3, 0)], [(3, 1)]]
+    lesson = generalise(Demonstrations.from_trajectories(runs), GROUPS)
+    assert lesson.counted.policy(4).tolist() == [0, 1, 1, 0]
+    changed = lesson.corrected(generalise(Demonstrations.from_pairs([(1, 0)], 1), GROUPS))
+    assert sorted(changed.pairs) == [(0, 0), (1, 0), (3, 1)]
+    assert changed.counted.policy(4).tolist() == [0, 0, -1, 1]
+    # The same answer to another question is one more, and both count.
+    another = lesson.corrected(Demonstrations.from_pairs([(1, 0)], 3))
+    assert len(another) == len(lesson) + 1
+    assert another.counted.policy(4)[1] == 1
 
 
 def test_generalise_adds_what_follows_with_its_origin():
@@ -62,12 +66,24 @@ def test_generalise_adds_what_follows_with_its_origin():
     assert generalise(shown, GROUPS, rules=[]).pairs == shown.pairs
 
 
-def test_generalise_never_overrides_a_demonstration():
-    assert generalise(Demonstrations.from_pairs([(1, 1), (2, 0)]), GROUPS).pairs == [
-        (1, 1),
-        (2, 0),
-        (0, 1),
-    ]
+def test_what_follows_from_others_never_outranks_a_demonstration():
+    shown = generalise(Demonstrations.from_pairs([(1, 1), (2, 0)]), GROUPS)
+    assert shown.pairs == [(1, 1), (2, 0), (0, 1), (2, 1)]
+    assert shown.resolved().pairs == [(1, 1), (2, 0), (0, 1)]
+
+
+def test_a_demonstrated_pair_speaks_once_for_each_other():
+    twice = Generalisation(
+        np.array([0, 1, 0, 1], dtype=np.int32),
+        np.array([1, 1, 1, 1], dtype=np.int32),
+        np.array([0, 0, 1, 1], dtype=np.int32),
+        np.array([0, 0, 1, 1], dtype=np.uint8),
+        ["one", "two"],
+    )
+    shown = Demonstrations.from_labels([(1, 1), (1, 1)])
+    more = generalise(shown, twice)
+    assert more.pairs == [(1, 1), (1, 1), (0, 1), (0, 1)]
+    assert generalise(more, twice).pairs == more.pairs
 
 
 def test_what_followed_before_does_not_breed():
@@ -149,8 +165,6 @@ def test_one_moment_of_a_run_is_demonstrated_once_by_every_door(tmp_path):
     words = "trajectory 0 has step 0 more than once"
     with pytest.raises(InputError, match=words):
         Demonstrations.concatenate([run, Demonstrations.from_pairs([(2, 1)])])
-    with pytest.raises(InputError, match=words):
-        run.merge(Demonstrations.from_pairs([(2, 1)]))
     with pytest.raises(InputError, match=words):
         run.select(np.array([0, 1, 0]))
     path = tmp_path / "d.csv"

@@ -4,7 +4,6 @@ In the safetensors format (`irl.tensor_file`). Its metadata are text: ``kind``, 
 ``task_hash`` and ``digest``, the SHA-256 of all else in the file, beside the kind's own.
 """
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from irl.errors import InputError
 from irl.files import atomic_path
-from irl.tensor_file import from_bytes, to_bytes
+from irl.tensor_file import digest, from_bytes, to_bytes
 
 SCHEMA_VERSION = "1"
 _OWN = ("kind", "schema_version", "task_hash", "digest")
@@ -33,7 +32,7 @@ def write_arrays(
         OSError: if the file cannot be written.
     """
     metadata = {**told, "kind": kind, "schema_version": SCHEMA_VERSION}
-    metadata["digest"] = _digest(arrays, metadata)
+    metadata["digest"] = digest(arrays, metadata)
     with atomic_path(path) as temporary:
         temporary.write_bytes(to_bytes(arrays, metadata))
 
@@ -71,8 +70,7 @@ def read_arrays(
     for name in (*_OWN, *told):
         if name not in metadata:
             raise InputError(f"metadata field '{name}' is missing", place=str(path))
-    digest = metadata.pop("digest")
-    if digest != _digest(arrays, metadata):
+    if metadata.pop("digest") != digest(arrays, metadata):
         raise InputError("field 'digest' is not that of what the file holds", place=str(path))
     if task_hash is not None and metadata["task_hash"] != task_hash:
         raise InputError(
@@ -81,7 +79,3 @@ def read_arrays(
             place=str(path),
         )
     return arrays, metadata
-
-
-def _digest(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str]) -> str:
-    return hashlib.sha256(to_bytes(arrays, metadata)).hexdigest()

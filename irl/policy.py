@@ -7,7 +7,7 @@ import numpy as np
 
 from irl.errors import InputError
 from irl.files import atomic_path
-from irl.tensor_file import from_bytes, to_bytes
+from irl.tensor_file import digest, from_bytes, to_bytes
 
 SCHEMA_VERSION = 1
 _METADATA = ("algorithm", "schema_version", "seed", "task_hash")
@@ -100,6 +100,7 @@ def save_policy(policy: Policy, path: Path) -> None:
         "seed": str(policy.seed),
         "task_hash": policy.task_hash,
     }
+    metadata["digest"] = digest(tensors, metadata)
     with atomic_path(path) as temporary:
         temporary.write_bytes(to_bytes(tensors, metadata))
 
@@ -114,10 +115,10 @@ def load_policy(path: Path, task_hash: str | None = None, mask: np.ndarray | Non
             fit; not looked at if ``None``.
 
     Raises:
-        InputError: if the file is missing, damaged, of another schema or for another task, or
-            a field is missing, or has a wrong type, shape or value; with a mask also if an action
-            is not feasible or not of the largest value, absent where something is feasible, or
-            there where nothing is.
+        InputError: if the file is missing, damaged, of another schema or for another task, does
+            not have the digest that it names, or a field is missing, or has a wrong type, shape or
+            value; with a mask also if an action is not feasible or not of the largest value,
+            absent where something is feasible, or there where nothing is.
     """
     path = Path(path)
     if not path.is_file():
@@ -134,6 +135,12 @@ def load_policy(path: Path, task_hash: str | None = None, mask: np.ndarray | Non
     for name in _METADATA:
         if name not in metadata:
             raise InputError(f"{path}: metadata field '{name}' is missing")
+    told = metadata.pop("digest", None)  # which files of old lack
+    if told is not None and told != digest(tensors, metadata):
+        raise InputError(
+            f"{path}: field 'digest' is not that of what the file holds, so it was damaged or "
+            "changed; save the policy again"
+        )
     if task_hash is not None and metadata["task_hash"] != task_hash:
         raise InputError(
             f"{path}: field 'task_hash' is {metadata['task_hash'][:12]!r}…, learnt on another "

@@ -7,6 +7,7 @@ metadata in random order; here equal content gives equal bytes.
 Source: the format's description, https://huggingface.co/docs/safetensors.
 """
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -59,6 +60,15 @@ def to_bytes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str]) -> b
     text = json.dumps(header, sort_keys=True, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 8)
     return len(text).to_bytes(8, "little") + text + bytes(buffer)
+
+
+def digest(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str]) -> str:
+    """SHA-256 of the content, in hexadecimal, whatever the order it comes in.
+
+    Raises:
+        InputError: as ``to_bytes``.
+    """
+    return hashlib.sha256(to_bytes(arrays, metadata)).hexdigest()
 
 
 def from_bytes(data: bytes) -> tuple[dict[str, np.ndarray], dict[str, str]]:

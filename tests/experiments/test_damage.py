@@ -293,25 +293,46 @@ def write_bent(path, data, rng, share, bend):
 
 
 def try_policy(whole, folder, rng):
+    """With its digest what is inside cannot differ; without, as of old, it must fit the task."""
     folder.mkdir()
     data, path = (whole / "policy.safetensors").read_bytes(), folder / "p.safetensors"
+    saved, told = from_bytes(data)
 
     def bend(arrays, metadata):
+        if rng.random() < 0.6:
+            del metadata["digest"]
         if rng.random() < 0.2:
             metadata[pick(rng, sorted(metadata))] = str(pick(rng, HOSTILE))
         return bent_arrays(arrays, rng), metadata
 
-    if not write_bent(path, data, rng, 0.4, bend):
+    if rng.random() < 0.3:
+        path.write_bytes(with_a_bit_turned(data, rng))
+    elif not write_bent(path, data, rng, 0.4, bend):
         return
     task = load_task(whole / "task")
     mask = task.model.mask
     policy = load_policy(path, task.task_hash, mask)
+    found, metadata = from_bytes(path.read_bytes())
+    if "digest" in metadata:
+        assert metadata == told
+        assert {k: (v.dtype, v.shape, v.tobytes()) for k, v in found.items()} == {
+            k: (v.dtype, v.shape, v.tobytes()) for k, v in saved.items()
+        }
     assert policy.q.shape == mask.shape and policy.action.shape == mask.shape[:1]
     for state, action in enumerate(policy.action.tolist()):
         feasible = np.flatnonzero(mask[state]).tolist()
         assert action in feasible if feasible else action == -1
         assert action < 0 or policy.q[state, action] == policy.q[state].max()
     assert policy.task_hash == task.task_hash
+
+
+def with_a_bit_turned(data, rng):
+    """Tensors in which a bit of an array is turned: the file still parses."""
+    header = 8 + int.from_bytes(data[:8], "little")
+    at = int(rng.integers(header, len(data)))
+    turned = data[:at] + bytes([data[at] ^ (1 << int(rng.integers(8)))]) + data[at + 1 :]
+    assert from_bytes(turned)[0].keys() == from_bytes(data)[0].keys()
+    return turned
 
 
 def try_checkpoint(whole, folder, rng):

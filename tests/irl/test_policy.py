@@ -7,7 +7,7 @@ import pytest
 
 from irl.errors import InputError
 from irl.policy import Policy, load_policy, save_policy
-from irl.tensor_file import to_bytes
+from irl.tensor_file import from_bytes, to_bytes
 
 HASH = "ab" * 32
 
@@ -144,6 +144,51 @@ def test_a_bad_policy_is_refused_in_one_line(tmp_path, changes, meta, words):
         load_policy(path, task_hash=HASH)
     assert str(path) in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_policy_with_any_bit_of_its_arrays_turned_is_refused_by_file_and_field(policy, tmp_path):
+    path = tmp_path / "p.safetensors"
+    save_policy(policy, path)
+    data = path.read_bytes()
+    arrays = 8 + int.from_bytes(data[:8], "little")
+    assert len(data) - arrays == sum(a.nbytes for a in from_bytes(data)[0].values())
+    for at in range(arrays, len(data)):
+        for bit in range(8):
+            path.write_bytes(data[:at] + bytes([data[at] ^ (1 << bit)]) + data[at + 1 :])
+            with pytest.raises(InputError, match=r"p\.safetensors: field 'digest' is not that of"):
+                load_policy(path, mask=MASK)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "told"),
+    [
+        ({"q": np.zeros((3, 3), np.float32)}, {}),
+        ({"action": np.array([1, 2, -1])}, {}),
+        ({"weights.layer.0": np.zeros((2, 3), np.float32)}, {}),
+        ({"weights.layer.1": np.zeros(3, np.float32)}, {}),
+        ({}, {"task_hash": "cd" * 32}),
+        ({}, {"seed": "4"}),
+        ({}, {"digest": ""}),
+    ],
+)
+def test_a_policy_that_is_not_what_was_saved_is_refused(policy, tmp_path, arrays, told):
+    path = tmp_path / "p.safetensors"
+    save_policy(policy, path)
+    found, metadata = from_bytes(path.read_bytes())
+    path.write_bytes(to_bytes(found | arrays, metadata | told))
+    with pytest.raises(InputError, match="field 'digest' is not that of what the file holds"):
+        load_policy(path)
+
+
+def test_a_policy_from_before_there_were_digests_is_read(policy, tmp_path):
+    path = tmp_path / "p.safetensors"
+    save_policy(policy, path)
+    found, metadata = from_bytes(path.read_bytes())
+    del metadata["digest"]
+    path.write_bytes(to_bytes(found, metadata))
+    read = load_policy(path, HASH, MASK)
+    np.testing.assert_array_equal(read.action, policy.action)
+    np.testing.assert_array_equal(read.weights["layer.0"], policy.weights["layer.0"])
 
 
 @pytest.mark.parametrize("kept", [0, 5, 40, -1])

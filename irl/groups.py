@@ -56,7 +56,13 @@ class Groups:
 
     def maximum(self, values: np.ndarray) -> np.ndarray:
         """Largest of each group: ``[n]`` to ``[m]``."""
-        return np.maximum.reduceat(values, self.first)
+        width = len(self) and self.size // len(self)
+        if not width or (self.widths != width).any():
+            return np.maximum.reduceat(values, self.first)
+        largest = values[::width].copy()
+        for k in range(1, width):  # column by column: several times as fast
+            np.maximum(largest, values[k::width], out=largest)
+        return largest
 
     def sum(self, values: np.ndarray) -> np.ndarray:
         """Sum of each group: ``[n]`` to ``[m]``."""

@@ -9,6 +9,13 @@ from scipy import sparse
 from irl.choices import check_range
 from irl.errors import InputError
 from irl.mdp import TransitionModel
+from irl.onward import Onward
+
+TIE = 1e-14
+"""Share of the largest |V| within which actions count as equally good: a few roundings."""
+_ROUNDING = TIE / 4  # of the largest |V|: what a policy must gain to be another
+_SETTLED = 1e-16  # of the largest |V|: what sweeps alone may leave
+_SWEEPS = 10  # between two policies, at least
 
 
 def backup(
@@ -90,11 +97,13 @@ def value_iteration(
         gamma: discount factor in [0, 1).
         pair_reward: ``[n_pairs]`` or one number, earned by acting.
         terminal: indices of states where a run ends; a state without actions ends it too.
-        tolerance: largest error of V and Q.
+        tolerance: largest error of V and Q where the model is too large to be solved to rounding
+            (`irl.onward`).
 
     Returns:
         V ``[n_states]``, 0 where a run ends, and Q ``[n_states, n_actions]``, −∞ for infeasible
-        pairs and in terminal states, where nothing is done.
+        pairs and in terminal states, where nothing is done. Actions that are equally good, to
+        ``TIE`` of the largest |V|, have exactly the value of the best.
 
     Raises:
         InputError: if gamma is outside [0, 1), or a reward is not finite or has a wrong shape.
@@ -111,20 +120,78 @@ def value_iteration(
     if terminal is not None:
         ended[terminal] = True
     # Folded once, so that a sweep is one matrix product: r + P R.
-    reward = model.P @ state_reward + pair_reward
-    V = np.zeros(model.n_states)
-    while True:
-        q = reward + gamma * (model.P @ V)
-        V_next = np.where(ended, 0.0, best(model, q, fill=0.0))
-        change = np.abs(V_next - V).max(initial=0.0)
-        V = V_next
-        # The contraction bounds what is left: |V − V*| ≤ γ / (1 − γ) · last change. Below a few
-        # units in the last place V cannot settle further.
-        if gamma * change <= max(tolerance * (1 - gamma), 1e-15 * np.abs(V).max(initial=0.0)):
-            break
-    Q = model.table(backup(model, V, state_reward, gamma, pair_reward))
+    earned = model.P @ state_reward + pair_reward
+    V = _optimal_values(model, earned, gamma, ended, tolerance)
+    q = earned + gamma * (model.P @ V)
+    V = np.where(ended, 0.0, best(model, q, fill=0.0))
+    # Whoever takes the first of the best gets it whatever rounding did to the others.
+    peak = V[model.pair_state]
+    q = np.where(peak - q <= TIE * np.abs(V).max(initial=0.0), peak, q)
+    Q = model.table(q)
     Q[ended] = -np.inf
     return V, Q
+
+
+def _optimal_values(
+    model: TransitionModel, earned: np.ndarray, gamma: float, ended: np.ndarray, tolerance: float
+) -> np.ndarray:
+    """V* ``[n_states]`` where acting earns ``earned`` ``[n_pairs]``, by modified policy iteration.
+
+    Sweeps find out how to act, and what acting so is worth is then solved for (`irl.onward`). Both
+    only ever raise V. They take about as much work as one another, so that it costs at most twice
+    what the better of the two alone would: sweeps where γ or the way to go is short, policies
+    where the future is long.
+    """
+    V, value = np.zeros(model.n_states), np.full(model.n_states, -np.inf)
+    exact, krylov, rounds, work = True, True, 0, 0
+
+    def backed_up(V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        q = earned + gamma * (model.P @ V)
+        return q, np.where(ended, 0.0, best(model, q, fill=0.0))
+
+    while True:
+        rounds += 1
+        # More with every round: where what pays is far away, each policy is right a little further.
+        for _ in range(rounds * max(_SWEEPS, work // max(1, model.P.nnz))):
+            last = V
+            q, V = backed_up(last)
+            # The contraction bounds what is left: |V − V*| ≤ γ / (1 − γ) · last change.
+            left = gamma * np.abs(V - last).max(initial=0.0) / (1 - gamma)
+            scale = np.abs(V).max(initial=0.0)
+            if left <= _SETTLED * scale:
+                return V
+            # Below a few units in the last place V cannot settle further.
+            if not exact and left <= max(tolerance, 1e-15 * scale / (1 - gamma)):
+                return V
+        if not exact:
+            continue
+        onward, reward = _acting_first_best(model, q, ended, earned)
+        system = Onward(onward, gamma, krylov)
+        found = system.solve(reward)
+        krylov, work = system.krylov, system.work
+        if found is None:
+            exact = False
+            continue
+        rise = (backed_up(found)[1] - found).max(initial=0.0)
+        limit = _ROUNDING * np.abs(found).max(initial=0.0)
+        if rise <= limit or (found - value).max(initial=0.0) <= limit:
+            return found
+        V = value = found
+
+
+def _acting_first_best(
+    model: TransitionModel, q: np.ndarray, ended: np.ndarray, earned: np.ndarray
+) -> tuple[sparse.csr_matrix, np.ndarray]:
+    """P_π ``[n_states, n_states]`` and what π earns ``[n_states]``: the first best pair each."""
+    pairs = model.groups.first_equal(q, model.groups.maximum(q))
+    pairs = pairs[~ended[model.acting]]
+    state = model.pair_state[pairs]
+    choice = sparse.csr_matrix(
+        (np.ones(pairs.size), (state, pairs)), shape=(model.n_states, model.n_pairs)
+    )
+    reward = np.zeros(model.n_states)
+    reward[state] = earned[pairs]
+    return choice @ model.P, reward
 
 
 def _pair_rewards(model: TransitionModel, pair_reward: np.ndarray | float) -> np.ndarray:

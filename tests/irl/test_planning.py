@@ -1,8 +1,11 @@
+import time
+
 import numpy as np
 import pytest
 
 from irl.errors import InputError
 from irl.mdp import TransitionModel
+from irl.onward import Onward
 from irl.planning import (
     backup,
     best,
@@ -51,6 +54,104 @@ def test_values_solve_the_linear_system_of_their_own_greedy_policy(random_model,
 def test_large_rewards_don_t_keep_it_from_ending(chain):
     V, _ = value_iteration(chain, np.full(4, 1e12), 0.99, tolerance=1e-9)
     assert np.isfinite(V).all()
+
+
+def exact_policy_iteration(model, state_reward, gamma, pair_reward, terminal):
+    """V by Howard's policy iteration over dense tables, each policy's value refined."""
+    acting = np.setdiff1d(model.acting, terminal)
+    earned = model.P @ state_reward + pair_reward
+    V, policy = np.zeros(model.n_states), np.full(model.n_states, -1)
+    while True:
+        Q = model.table(earned + gamma * (model.P @ V))
+        better = Q[acting].argmax(axis=1)
+        gain = Q[acting].max(axis=1) - Q[acting, policy[acting]]
+        change = (policy[acting] < 0) | (gain > 1e-13 * np.abs(V).max())
+        if not change.any():
+            return V, Q
+        policy[acting] = np.where(change, better, policy[acting])
+        rows = model.pair_index(acting, policy[acting])
+        A, b = np.eye(model.n_states, dtype=np.longdouble), np.zeros(model.n_states)
+        A[acting] -= np.longdouble(gamma) * model.P[rows].toarray()
+        b[acting] = earned[rows]
+        V = np.zeros(model.n_states)
+        for _ in range(3):
+            left = (b - A @ V).astype(np.float64)
+            V = V + np.linalg.solve(A.astype(np.float64), left)
+
+
+def slippery_grid(n):
+    """Four moves; one in five goes astray, evenly to the other sides."""
+    x, y = np.divmod(np.arange(n * n), n)
+    P = np.zeros((n * n, 4, n * n))
+    for side, (dx, dy) in enumerate([(1, 0), (0, 1), (-1, 0), (0, -1)]):
+        after = np.clip(x + dx, 0, n - 1) * n + np.clip(y + dy, 0, n - 1)
+        for action in range(4):
+            P[np.arange(n * n), action, after] += 0.8 if action == side else 0.2 / 3
+    return TransitionModel.from_dense(P)
+
+
+def small_worlds(random_model):
+    """Name, model, R, r, terminal: loops, ends, recurring rewards."""
+    rng = np.random.default_rng(4)
+    chaotic = random_model(rng, n_states=60, n_actions=5)
+    yield "random", chaotic, rng.normal(size=60), rng.normal(size=chaotic.n_pairs), []
+    yield "random, ends", chaotic, rng.normal(size=60), -1.0, [3, 9]
+    yield "tiny rewards", chaotic, 1e-15 * rng.normal(size=60), 0.0, []
+    grid = slippery_grid(12)
+    yield "grid, recurring", grid, np.eye(144)[17], -0.01, []
+    yield "grid, ends", grid, np.eye(144)[17], -0.01, [17]
+    n = 200  # a long way to what pays more, past what pays a little for ever
+    state = np.arange(n)
+    back_and_forth = [np.maximum(state - 1, 0), np.minimum(state + 1, n - 1)]
+    chain = TransitionModel.from_entries(
+        n,
+        2,
+        np.tile(state, 2),
+        np.repeat([0, 1], n),
+        np.concatenate(back_and_forth),
+        np.ones(2 * n),
+    )
+    yield "chain", chain, 0.1 * np.eye(n)[0] + np.eye(n)[n - 1], 0.0, []
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.9, 0.9999, 1 - 1e-6])
+def test_values_and_actions_are_those_of_exact_policy_iteration(random_model, gamma):
+    for name, model, R, r, terminal in small_worlds(random_model):
+        began = time.process_time()
+        V, Q = value_iteration(model, R, gamma, pair_reward=r, terminal=terminal)
+        assert time.process_time() - began < 1, name
+        exact, exact_Q = exact_policy_iteration(model, R, gamma, r, terminal)
+        scale = np.abs(exact).max()
+        assert np.abs(V - exact).max() <= 1e-13 * scale, name
+        going = np.setdiff1d(model.acting, terminal)
+        lost = exact_Q[going].max(axis=1) - exact_Q[going, Q[going].argmax(axis=1)]
+        assert (lost <= 1e-12 * scale).all(), name
+
+
+def test_actions_that_are_equally_good_have_one_value_and_the_first_is_taken():
+    # Two mirrored ways around a slippery grid: by symmetry (x, y) and (y, x) are worth the same.
+    n, gamma = 9, 1 - 1e-6
+    model = slippery_grid(n)
+    _, Q = value_iteration(model, np.eye(n * n)[n * n - 1], gamma)
+    diagonal = np.arange(n - 1) * (n + 1)
+    assert (Q[diagonal, 0] == Q[diagonal, 1]).all()
+    assert (Q[diagonal].argmax(axis=1) == 0).all()
+
+
+def test_the_same_bits_on_every_run(random_model):
+    model = random_model(np.random.default_rng(11), n_states=200, n_actions=4)
+    R = np.random.default_rng(12).normal(size=200)
+    first = value_iteration(model, R, 0.99999)
+    again = value_iteration(model, R, 0.99999)
+    assert all((a == b).all() for a, b in zip(first, again, strict=True))
+
+
+def test_what_cannot_be_factorised_is_swept(monkeypatch):
+    monkeypatch.setattr(Onward, "solve", lambda *_: None)
+    model = slippery_grid(7)
+    V, _ = value_iteration(model, np.eye(49)[9], 0.99, tolerance=1e-10)
+    exact, _ = exact_policy_iteration(model, np.eye(49)[9], 0.99, 0.0, [])
+    np.testing.assert_allclose(V, exact, atol=1e-10)
 
 
 def test_best_skips_states_without_actions(chain):

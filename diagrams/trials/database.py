@@ -5,6 +5,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -176,6 +177,16 @@ class TrialDatabase:
                 f"{self.path}: schema version {found}; supported: {SCHEMA_VERSION}; "
                 "make another database"
             )
+        # The first databases of version 2 lack a column.
+        with closing(sqlite3.connect(":memory:")) as wanted:
+            wanted.executescript(_SCHEMA)
+            for table in ("configuration", "trial"):
+                here, there = (_columns(db, table) for db in (wanted, self._connection))
+                if here != there:
+                    raise ModelError(
+                        f"{self.path}: table '{table}': columns {', '.join(sorted(here ^ there))} "
+                        "missing or unknown; make another database"
+                    )
         row = self._connection.execute("SELECT content FROM configuration").fetchone()
         return None if row is None else row[0]
 
@@ -256,6 +267,10 @@ def _read_only(path: Path) -> str:
     """URI of a file that may lie where nothing can be written, not even SQLite's own aids."""
     immutable = "" if os.access(path.parent, os.W_OK) else "&immutable=1"
     return f"{path.absolute().as_uri()}?mode=ro{immutable}"
+
+
+def _columns(database: sqlite3.Connection, table: str) -> set[str]:
+    return {row[1] for row in database.execute(f"PRAGMA table_info({table})")}
 
 
 def _flat(content: dict[str, Any]) -> dict[str, Any]:

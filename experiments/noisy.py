@@ -19,7 +19,7 @@ from experiments.kit.command import Output, execute
 from experiments.kit.method_plots import NAMES
 from experiments.kit.options import LARGEST_SEED
 from irl.active import ActiveConfig, active_fa_mlirl
-from irl.baselines.birl import SamplingConfig, birl
+from irl.baselines.birl import birl
 from irl.choices import Limits, Members, Settings
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import PolicyDemonstrator
@@ -43,8 +43,6 @@ LONGEST = 51  # moves; the lengths of runs are drawn evenly
 GAMMA = 0.9
 ACTIVE = "active_fa_mlirl"
 LEARNERS = (*METHODS, ACTIVE)
-CHAINS = SamplingConfig(burn_in=1000, samples=400, thin=10)
-"""Of birl: long enough for an R̂ of at most 1.05 on such data."""
 
 
 @dataclass(frozen=True)
@@ -145,14 +143,13 @@ def lesson(name: str, world: World, seed: int) -> dict[str, Any]:
     """Learn by one method as it comes; what ``result.json`` says of it.
 
     Features are one indicator a state. A linear program that finds no preference is asked again
-    with what it names itself. Bayesian IRL has longer chains than by default, and tells the R̂ of their
-    log-likelihoods.
+    with what it names itself. Bayesian IRL tells the R̂ of its chains' log-likelihoods too.
     """
     problem = LearningProblem(world.model, np.eye(STATES), gamma=GAMMA)
     rng = np.random.default_rng(seed)
     note, changed, r_hat = "", None, None
     if name == "birl":
-        posterior = birl(world.model, world.shown, gamma=GAMMA, rng=rng, config=CHAINS)
+        posterior = birl(world.model, world.shown, gamma=GAMMA, rng=rng)
         _, q = value_iteration(world.model, posterior.reward, GAMMA)
         r_hat = posterior.r_hat
     elif name == ACTIVE:

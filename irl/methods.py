@@ -56,7 +56,7 @@ from irl.baselines.bellman_gradient import (
     BellmanGradientConfig,
     smooth_maximum,
 )
-from irl.baselines.birl import SamplingConfig, birl
+from irl.baselines.birl import R_HAT, SamplingConfig, birl
 from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
 from irl.baselines.differentiable_planning import HardMax, SoftMax
 from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
@@ -266,7 +266,11 @@ def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any)
         **options,
     )
     proposals = sampling.chains * (sampling.burn_in + sampling.samples * sampling.thin)
-    return Found(posterior.reward, iterations=proposals)
+    agree = posterior.r_hat <= R_HAT
+    note = f"chains disagree: R̂ = {posterior.r_hat:.3f}, above {R_HAT}; raise burn_in and samples"
+    return Found(
+        posterior.reward, iterations=proposals, converged=agree, note="" if agree else note
+    )
 
 
 def _behaviour_cloning(given: Inputs, **options: Any) -> Found:

@@ -29,6 +29,8 @@ from irl.problem import LearningProblem
 from irl.queries import candidate_states
 
 QUERIES = ("policy_entropy", "random")
+R_HAT = 1.05
+"""Up to which split-R̂ chains are taken to agree."""
 
 
 @dataclass(frozen=True)

@@ -52,3 +52,22 @@ def test_at_least_one_network_is_wanted(slippery_grid):
     given = (grid.model, grid.walks(0), grid.features)
     with pytest.raises(InputError, match="networks: must be ≥ 1"):
         learn("fa_mlirl", *given, gamma=0.9, rng=np.random.default_rng(0), networks=0)
+
+
+def value_share(grid, goal, seed):
+    """What fa_mlirl makes of four walks, as it comes: its value over the optimal one, both < 0."""
+    world = grid(51, goal, "stay")
+    given = (world.model, world.walks(seed), world.features)
+    learnt = learn("fa_mlirl", *given, gamma=world.gamma, rng=np.random.default_rng(seed))
+    return world.value(np.eye(4)[learnt.q.argmax(axis=1)]) / world.V.mean()
+
+
+def test_a_large_slippery_grid_is_learnt_from_four_walks(slippery_grid):
+    assert value_share(slippery_grid, (12, 34), 0) <= 1.01
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("goal", [(12, 34), (40, 5), (24, 26)])
+def test_large_slippery_grids_are_learnt_whatever_the_seed(slippery_grid, goal, seed):
+    assert value_share(slippery_grid, goal, seed) <= 1.01

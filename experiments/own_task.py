@@ -117,15 +117,19 @@ def show(rows: list[dict[str, Any]], ceiling: float, changed: float) -> None:
 
 def interpretation(rows: list[dict[str, Any]], ceiling: float, changed: float) -> str:
     """What the table says, in two sentences."""
-    near = [
-        [row["method"] for row in rows if (row[key] or 0.0) >= NEAR * best]
-        for key, best in (("success_mdp", ceiling), ("success_changed", changed))
-    ]
-    kept = near[1] and f": {names_of(near[1])}"
+
+    def far(key: str, best: float) -> tuple[int, str]:
+        names = [row["method"] for row in rows if (row[key] or 0.0) < NEAR * best]
+        return len(rows) - len(names), f"; {names_of(names)} do not" if names else ""
+
+    (near, not_near), (kept, not_kept) = (
+        far("success_mdp", ceiling),
+        far("success_changed", changed),
+    )
     return (
-        f"{len(near[0])} of {len(rows)} methods come to {NEAR:.0%} or more of the demonstrator's "
-        f"success, {ceiling:.0%}. With brittle material, which nobody showed, {len(near[1])} do "
-        f"(of {changed:.0%}){kept or ''}."
+        f"{near} of {len(rows)} methods come to {NEAR:.0%} or more of the demonstrator's own "
+        f"success, {ceiling:.0%}{not_near}. With brittle material, which nobody showed, {kept} do, "
+        f"of {changed:.0%}{not_kept}."
     )
 
 

@@ -7,7 +7,7 @@ A story is a folder with a ``story.py`` in it, or a single module; its options a
   data;
 * to learn by doing: `experiments.tutorial`, `experiments.own_task`, `experiments.toy_text`;
 * the method on small worlds: `experiments.gridworld`, `experiments.sailing`,
-  `experiments.complexity`;
+  `experiments.complexity`; every method where the teacher mostly errs: `experiments.noisy`;
 * the robot's task: `experiments.reachability`, `experiments.transitions`, `experiments.grasping`,
   and `experiments.demo`, which is what all of it is for; `experiments.simulate` plays what was
   learnt once more;

@@ -48,7 +48,7 @@ from typing import Any
 
 import numpy as np
 
-from irl import linear_programs, method_iterations
+from irl import linear_programs, method_iterations, vr_fit
 from irl.baselines.ascent import AscentConfig, RidgeConfig
 from irl.baselines.behaviour_cloning import behaviour_cloning
 from irl.baselines.bellman_gradient import (
@@ -56,30 +56,25 @@ from irl.baselines.bellman_gradient import (
     BellmanGradientConfig,
     smooth_maximum,
 )
-from irl.baselines.birl import SamplingConfig, birl
+from irl.baselines.birl import R_HAT, SamplingConfig, birl
 from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
 from irl.baselines.differentiable_planning import HardMax, SoftMax
 from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
 from irl.baselines.max_ent import max_ent
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
-from irl.bellman import BellmanTerm
 from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
-from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 from irl.method_inputs import (
     Found,
     Inputs,
     Progress,
     demonstrated,
-    inverse_temperature,
 )
-from irl.method_iterations import HIDDEN, Iteration, Prepare, planned
+from irl.method_iterations import Iteration, Prepare, planned
 from irl.planning import value_iteration
 from irl.problem import LearningProblem
-from irl.training import TrainingConfig, train
-from irl.vr_function import VRFunction, pin, torch_generator
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,32 +236,6 @@ def _counted(
     return fit
 
 
-def _fa_mlirl(
-    given: Inputs,
-    hidden: tuple[int, ...] = HIDDEN,
-    training: TrainingConfig | None = None,
-    device: str = "cpu",
-) -> Found:
-    model, demonstrations = given.model, given.demonstrations
-    x = given.problem.required_features()
-    network = VRFunction(x.shape[1], hidden, generator=torch_generator(given.rng), device=device)
-    if training is None:
-        training = TrainingConfig(beta=inverse_temperature(demonstrations))
-    fixed_vr = given.problem.fixed_vr
-    problem = LikelihoodProblem.of(model, demonstrations, fixed_vr=fixed_vr)
-    bellman = None
-    if training.bellman_weight > 0:
-        bellman = BellmanTerm(
-            model, given.gamma, fixed_vr, batch=training.bellman_batch, delta=training.bellman_delta
-        )
-    run = train(network, problem, x, training, given.rng, bellman=bellman, callback=given.progress)
-    f = pin(network.values(x), fixed_vr)
-    q = model.q_values(f)
-    V = np.where(model.mask.any(axis=1), q.max(axis=1), 0.0)
-    reward = f - given.gamma * V  # (3.18)
-    return Found(reward, q, iterations=run.log_likelihood.size)
-
-
 def _max_ent(given: Inputs, **options: Any) -> Found:
     shown, config = demonstrated(given.demonstrations), RidgeConfig(**options)
     reward, _ = max_ent(given.model, shown, gamma=given.gamma, config=config)
@@ -297,7 +266,11 @@ def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any)
         **options,
     )
     proposals = sampling.chains * (sampling.burn_in + sampling.samples * sampling.thin)
-    return Found(posterior.reward, iterations=proposals)
+    agree = posterior.r_hat <= R_HAT
+    note = f"chains disagree: R̂ = {posterior.r_hat:.3f}, above {R_HAT}; raise burn_in and samples"
+    return Found(
+        posterior.reward, iterations=proposals, converged=agree, note="" if agree else note
+    )
 
 
 def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
@@ -309,7 +282,7 @@ def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
 
 
 METHODS: Mapping[str, Method] = {
-    "fa_mlirl": Method(_fa_mlirl, method_iterations.fa_mlirl),
+    "fa_mlirl": Method(vr_fit.likeliest, method_iterations.fa_mlirl),
     "max_ent": Method(_max_ent, method_iterations.max_ent, penalty="lower l2"),
     "deep_max_ent": Method(_deep_max_ent, method_iterations.deep_max_ent),
     "bellman_gradient": Method(

@@ -2,7 +2,8 @@
 
 A demonstrated action a in s has the probability exp(β Q*(s, a)) / Σ_b exp(β Q*(s, b)) under a
 reward R = Φ ω (3.10), and every ω_k is Gaussian beforehand. Metropolis–Hastings draws rewards from
-the posterior. Successive proposals are near each other, so planning for one starts from the last.
+the posterior, in steps of the posterior's own shape (`irl.baselines.posterior_shape`). Successive
+proposals are near each other, so planning for one starts from the last.
 
 Lopes, Melo & Montesano (2009) ask where the posterior leaves the demonstrator's policy in doubt:
 not where it is random, but where its probabilities differ from one likely reward to the next.
@@ -15,8 +16,10 @@ from typing import Annotated
 import numpy as np
 
 from irl.baselines.differentiable_planning import Planner
-from irl.baselines.features import state_features
-from irl.baselines.mcmc import crank_nicolson, effective_sample_size, split_r_hat
+from irl.baselines.features import Features, state_features
+from irl.baselines.mcmc import Step, crank_nicolson, effective_sample_size, split_r_hat
+from irl.baselines.planned_likelihood import PlannedLikelihood
+from irl.baselines.posterior_shape import posterior_shape
 from irl.choices import Limits, Settings, check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
@@ -26,6 +29,8 @@ from irl.problem import LearningProblem
 from irl.queries import candidate_states
 
 QUERIES = ("policy_entropy", "random")
+R_HAT = 1.05
+"""Up to which split-R̂ chains are taken to agree."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,8 @@ def birl(
         gamma: discount factor in [0, 1).
         rng: the only source of chance; each chain has a generator spawned from it.
         config: how to draw.
-        start: where the chains begin, ``[chains, d]``; drawn from the prior if absent.
+        start: where the chains begin, ``[chains, d]``; if absent, about the summit that a climb
+            from a draw of the prior leads to.
 
     Raises:
         InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
@@ -133,27 +139,47 @@ def birl(
     for chain, own_rng in enumerate(rng.spawn(config.chains)):
         # Errors of Q up to this change the log-likelihood by 1/500 at most.
         planner = Planner(model, gamma, tolerance=1e-3 / (config.beta * problem.total))
-
-        def log_likelihood(
-            omega: np.ndarray, planner: Planner = planner
-        ) -> tuple[float, np.ndarray]:
-            f = planner.solve(phi @ omega)
-            mean, _, _ = problem.value_and_gradient(f[problem.states], config.beta)
-            return mean * problem.total, f
-
-        prior_draw = own_rng.normal(0.0, config.prior_scale, phi.shape[1])
-        begin = np.asarray(prior_draw if start is None else start[chain])
-        steps = crank_nicolson(log_likelihood, begin, config.prior_scale, own_rng, config.burn_in)
+        likelihood = PlannedLikelihood(problem, planner, config.beta)
+        begin = None if start is None else np.asarray(start[chain])
+        steps = _walk(likelihood, phi, problem.total, begin, config, own_rng)
         for sample in range(config.samples):
             for _ in range(config.thin):
                 step = next(steps)
                 acceptance[chain] += step.accepted / (config.samples * config.thin)
-            weights[chain, sample], likelihoods[chain, sample] = step.x, step.log_likelihood
-            pi = np.exp(model.groups.log_softmax(config.beta * (model.P @ step.extra)))
+            weights[chain, sample], likelihoods[chain, sample], f = step.extra
+            pi = np.exp(model.groups.log_softmax(config.beta * (model.P @ f)))
             policy += pi / (config.chains * config.samples)
             counts[pairs, np.minimum((pi * config.bins).astype(np.int64), config.bins - 1)] += 1
     reward = phi @ weights.mean(axis=(0, 1))
     return Posterior(model, weights, likelihoods, acceptance, reward, counts, policy)
+
+
+def _walk(
+    likelihood: PlannedLikelihood,
+    phi: Features,
+    labels: float,
+    start: np.ndarray | None,
+    config: SamplingConfig,
+    rng: np.random.Generator,
+) -> Iterator[Step[tuple[np.ndarray, float, np.ndarray]]]:
+    """A chain in the coordinates of the posterior's own shape; extra: ω, its log-likelihood, f.
+
+    It begins at ``start``, or else anywhere in that shape about the summit that a climb from a draw
+    of the prior leads to: chains that find different summits do not agree.
+    """
+    foot = rng.normal(0.0, config.prior_scale, phi.shape[1]) if start is None else start
+    shape = posterior_shape(likelihood, phi, labels, config.prior_scale, foot)
+
+    def density(z: np.ndarray) -> tuple[float, tuple[np.ndarray, float, np.ndarray]]:
+        """Log posterior, less that of the shape."""
+        omega = shape.at(z)
+        f = likelihood.planner.solve(phi @ omega)
+        value = labels * likelihood.of_values(f)[0]
+        prior = omega @ omega / (2 * config.prior_scale**2)
+        return value - prior + z @ z / 2, (omega, value, f)
+
+    begin = rng.standard_normal(phi.shape[1]) if start is None else shape.coordinates(start)
+    return crank_nicolson(density, begin, 1.0, rng, config.burn_in)
 
 
 def active_birl(

@@ -52,7 +52,12 @@ def test_the_command_learns_and_leaves_task_and_policies(tmp_path, command):
         load_policy(tmp_path / f"a/{row['method']}.safetensors", task.task_hash)
         assert 0.8 < row["success_mdp"] <= 1
         assert row["method"] in done.stdout
-    assert result["rows"][1]["accuracy_optimal_all"] > 0.8
+    reward, copy = result["rows"]
+    assert copy["accuracy_optimal_all"] > 0.8
+    # Where the paces change a reward is planned for anew, and copied choices stay as they are.
+    assert reward["success_changed"] > 0.9
+    assert copy["success_changed"] < 0.1
+    assert copy["success_mdp"] > reward["success_mdp"]
     assert 0.94 < result["success_mdp_oracle"] < 0.96
 
 
@@ -102,13 +107,14 @@ def test_no_preference_is_told_in_place_of_shares(capsys):
             "method": "lp",
             "success_mdp": None,
             "accuracy_optimal_all": None,
+            "success_changed": None,
             "seconds": 0.1,
             "note": "no preference: R = 0 is best at l1 = 9; lower l1 below 2",
         }
     ]
-    own_task.show(rows, 0.9)
+    own_task.show(rows, 0.9, 0.9)
     assert "LP (3.7)                    no preference: R = 0 is best" in capsys.readouterr().out
-    assert "0 of 1 methods" in own_task.interpretation(rows, 0.9)
+    assert "0 of 1 methods" in own_task.interpretation(rows, 0.9, 0.9)
     toy = {"environment": "FrozenLake-v1", **rows[0], "return": None, "optimal": 1.0}
     toy_text.show([toy])
     assert "lp                 no preference: R = 0 is best" in capsys.readouterr().out

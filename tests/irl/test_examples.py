@@ -57,11 +57,17 @@ def test_the_method_in_ten_lines():
 
 def test_a_task_of_ones_own(tmp_path):
     printed = run(blocks("experiments/own_task.md"), tmp_path)
-    lines = {line.split()[0]: float(line.split()[1].rstrip("%")) for line in printed.splitlines()}
+    cells = [line.replace("%", "").split() for line in printed.splitlines()]
+    lines = {name: float(success) for name, success, *_ in cells}
+    brittle = {name: float(success) for name, _, success, *_ in cells}
     assert lines.keys() == METHODS.keys()
     # Within 20 actions the demonstrator's own share is 95 %, and acting at random makes 5 %.
     assert min(lines.values()) > 50
     assert lines["fa_mlirl"] > 85
+    # As the page says: copied choices are best where nothing changes, and worst where they do.
+    assert lines["behaviour_cloning"] == max(lines.values())
+    assert brittle["behaviour_cloning"] == min(brittle.values()) < 10
+    assert brittle["planning"] > 90
     assert (tmp_path / "workshop/task.json").is_file()
 
 

@@ -1,3 +1,6 @@
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -267,8 +270,23 @@ def test_training_tells_its_progress_too(worlds):
         rng=np.random.default_rng(0),
         progress=lambda done, _: told.append(done),
         training=TrainingConfig(iterations=7),
+        networks=2,
     )
-    assert told == list(range(1, 8))
+    assert told == list(range(1, 15))
+
+
+def test_birl_tells_whether_its_chains_agree(worlds):
+    world, few = worlds[5], SamplingConfig(chains=4, burn_in=0, samples=4, thin=1)
+    problem = LearningProblem(world.model, gamma=GAMMA)
+    many = Demonstrations.concatenate(
+        [replace(world.walks, trajectory=world.walks.trajectory + 4 * k) for k in range(50)]
+    )
+    learnt = learn("birl", problem, many, rng=np.random.default_rng(0), sampling=few)
+    assert learnt.converged is False
+    assert re.fullmatch(r"chains disagree: R̂ = [\d.]+, above 1.05; raise burn_in.*", learnt.note)
+    longer = replace(few, burn_in=300, samples=200, thin=5)
+    learnt = learn("birl", problem, many, rng=np.random.default_rng(0), sampling=longer)
+    assert (learnt.converged, learnt.note) == (True, "")
 
 
 def test_progress_can_end_the_learning(worlds):

@@ -117,7 +117,7 @@ def test_the_program_is_named_as_it_was_called(command, arguments):
     ("name", "arguments"),
     [
         *[(name, []) for name in ("bench", "complexity", "demo", "gridworld", "own_task")],
-        *[(name, []) for name in ("reachability", "sailing", "simulate", "toy_text")],
+        *[(name, []) for name in ("noisy", "reachability", "sailing", "simulate", "toy_text")],
         *[("transitions", [check]) for check in ("run", "status", "export", "validate", "rules")],
         *[("transitions", [check]) for check in ("sensitivity", "releases")],
     ],
@@ -155,7 +155,7 @@ def test_a_refusal_of_the_settings_themselves_names_the_option(monkeypatch, enco
 
 COMMANDS = [
     *[(name, []) for name in ("bench", "complexity", "demo", "gridworld", "own_task", "docs")],
-    *[(name, []) for name in ("reachability", "sailing", "simulate", "toy_text")],
+    *[(name, []) for name in ("noisy", "reachability", "sailing", "simulate", "toy_text")],
     *[("transitions", [check]) for check in ("run", "status", "export", "validate", "rules")],
     *[("transitions", [check]) for check in ("sensitivity", "releases")],
 ]

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from irl.baselines.birl import QUERIES, Posterior, SamplingConfig, active_birl, birl
+from irl.baselines.mcmc import split_r_hat
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
 from irl.mdp import TransitionModel
+from irl.outcomes import SoftPolicy
 from irl.planning import value_iteration
 from irl.problem import LearningProblem
 
@@ -179,3 +181,21 @@ def test_bad_arguments_are_named(chain):
                 query="any",
             )
         )
+
+
+def test_chains_agree_where_many_labels_leave_little_room(random_model):
+    # Of a demonstrator that does what the method takes it to do: π ∝ exp(β Q) of a known reward.
+    rng = np.random.default_rng(0)
+    model, beta = random_model(rng, 12), 5.0
+    _, Q = value_iteration(model, rng.standard_normal(12), GAMMA)
+    pi = SoftPolicy.from_q(Q, model.mask, beta=beta).probability
+    labels = [
+        (s, int(rng.choice(model.n_actions, p=pi[s]))) for s in model.acting for _ in range(400)
+    ]
+    shown = Demonstrations.from_labels(labels)
+    config = SamplingConfig(beta, burn_in=100, samples=60, thin=3)
+    posterior = birl(model, shown, gamma=GAMMA, rng=np.random.default_rng(0), config=config)
+    assert posterior.r_hat <= 1.05
+    assert split_r_hat(posterior.weights).max() <= 1.05
+    # 400 draws tell a probability to 0.025 at most; six of them are beyond chance.
+    np.testing.assert_allclose(posterior.policy, pi[model.pair_state, model.pair_action], atol=0.08)

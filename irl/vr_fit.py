@@ -1,0 +1,63 @@
+"""The method ``fa_mlirl``: VR networks are fitted, and the likeliest of them is kept.
+
+Where a network begins decides where its ascent of (3.19) ends, and a poor end shows in the
+likelihood: on a slippery 51 × 51 grid networks that miss the goal's slopes explain the same walks
+at half the log-likelihood. So several begin, each from weights of its own, and only how likely
+each makes the demonstrations decides among them; nothing else is known of what is right.
+"""
+
+import numpy as np
+
+from irl.bellman import BellmanTerm
+from irl.choices import check_range
+from irl.likelihood import LikelihoodProblem
+from irl.method_inputs import Found, Inputs, inverse_temperature
+from irl.method_iterations import HIDDEN
+from irl.training import TrainingConfig, train
+from irl.vr_function import VRFunction, pin, torch_generator
+
+NETWORKS = 3
+"""How many networks begin: one in eighteen ends poorly, so that all three do is rare."""
+
+
+def likeliest(
+    given: Inputs,
+    hidden: tuple[int, ...] = HIDDEN,
+    training: TrainingConfig | None = None,
+    networks: int = NETWORKS,
+    device: str = "cpu",
+) -> Found:
+    """Fit ``networks`` VR networks, each by ``training``, and keep the likeliest.
+
+    The first begins as the only one would. Progress is told over all of them, one after the other.
+    """
+    check_range("networks", networks, 1)
+    model = given.model
+    x, fixed_vr = given.problem.required_features(), given.problem.fixed_vr
+    if training is None:
+        training = TrainingConfig(beta=inverse_temperature(given.demonstrations))
+    problem = LikelihoodProblem.of(model, given.demonstrations, fixed_vr=fixed_vr)
+    bellman = None
+    if training.bellman_weight > 0:
+        bellman = BellmanTerm(
+            model, given.gamma, fixed_vr, batch=training.bellman_batch, delta=training.bellman_delta
+        )
+    best, f, done = -np.inf, np.zeros(model.n_states), 0
+
+    def told(iteration: int, value: float) -> None:
+        if given.progress is not None:
+            given.progress(done + iteration, value)
+
+    for _ in range(networks):
+        network = VRFunction(
+            x.shape[1], hidden, generator=torch_generator(given.rng), device=device
+        )
+        run = train(network, problem, x, training, given.rng, told, bellman)
+        done += run.log_likelihood.size
+        values = pin(network.values(x), fixed_vr)
+        likelihood, _, _ = problem.value_and_gradient(values[problem.states], run.beta)
+        if likelihood > best:
+            best, f = likelihood, values
+    q = model.q_values(f)
+    V = np.where(model.mask.any(axis=1), q.max(axis=1), 0.0)
+    return Found(f - given.gamma * V, q, iterations=done)  # the reward by (3.18)

@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from models.scenes.planning_scene import HOME, PlanningScene
     from models.scenes.postures import posture
     from models.scenes.robots import GEN3, GEN3_LITE, Robot
+    from models.scenes.setup import Obstacle, Setup, Tool, read_setup
     from models.scenes.tool_frame import gripper_to_tool, tool_to_gripper
     from models.task.spaces import Action, State
 
@@ -68,17 +69,21 @@ __all__ = [
     "IkSolution",
     "IkSolver",
     "ModelError",
+    "Obstacle",
     "PathPlanner",
     "PlanningScene",
     "ReachabilityMap",
     "Robot",
+    "Setup",
     "State",
+    "Tool",
     "add_models",
     "export_robot",
     "gripper_to_tool",
     "plan_path",
     "posture",
     "read_map",
+    "read_setup",
     "renormalised",
     "solve",
     "strict_parser",
@@ -100,6 +105,7 @@ _HOMES = {
     "models.scenes.planning_scene": ("HOME", "PlanningScene"),
     "models.scenes.postures": ("posture",),
     "models.scenes.robots": ("GEN3", "GEN3_LITE", "Robot"),
+    "models.scenes.setup": ("Obstacle", "Setup", "Tool", "read_setup"),
     "models.scenes.tool_frame": ("gripper_to_tool", "tool_to_gripper"),
     "models.task.spaces": ("Action", "State"),
 }

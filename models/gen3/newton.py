@@ -15,6 +15,8 @@ Work = tuple[Array, Array, Array, Array, Array, Array]
 # What Newton's method turns: all but q3, whose place in the equations q7 takes.
 _UNKNOWNS = np.array([0, 1, 6, 3, 4, 5])
 _ITERATIONS, _STEP = 20, 0.3  # two or three suffice mostly; [rad]
+_FINE = 1e-11  # an error of the pose that leaves none of a joint's angle to speak of [m, rad]
+_AT_LIMIT = 100.0  # a joint so much further off than the pose may be at its limit
 _QUICK = 4  # of the iterations that may leave the wrist's offset out
 _FLAT_ARM, _FLAT_WRIST = 2e-3, 0.05  # determinants below which they do not [m³, 1]
 
@@ -52,14 +54,17 @@ def refine(q: Array, R: Array, p: Array, tolerance: float, work: Work) -> int:
             step[k], step[k + 3] = turn, p[k] - X[k, 3]
             worst = max(worst, abs(turn), abs(step[k + 3]))
         if worst < tolerance:
-            within = True
+            beyond = 0.0
             for i in range(7):
                 if i != 2:
                     q[i] = wrap(q[i])
-                within = within and abs(q[i]) <= LIMIT[i] + ROUNDING
-                q[i] = min(max(q[i], -LIMIT[i]), LIMIT[i])
-            # The cross products vanish at half a turn as well.
-            return NOT_MET if cosines <= 0.0 else MET if within else BEYOND_LIMITS
+                beyond = max(beyond, abs(q[i]) - LIMIT[i])
+            # Just beyond a limit, a coarse answer tells nothing.
+            if not ROUNDING < beyond < _AT_LIMIT * tolerance or worst < _FINE:
+                for i in range(7):
+                    q[i] = min(max(q[i], -LIMIT[i]), LIMIT[i])
+                # The cross products vanish at half a turn as well.
+                return NOT_MET if cosines <= 0.0 else MET if beyond <= ROUNDING else BEYOND_LIMITS
         if not (iteration < _QUICK and _quick_step(J, X, step, lever)) and not _full_step(
             J, X, step
         ):

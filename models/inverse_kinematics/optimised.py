@@ -108,7 +108,7 @@ def search(
             if scene.hand_is_blocked(q, margin):
                 return [IkSolution(None, clearance, Failure.BLOCKED, attempt)]
     if not found:
-        failure = Failure.NOT_FOUND if best is None else collision_failure(best)
+        failure = Failure.NOT_FOUND if best is None else collision_failure(scene, best)
         return [IkSolution(None, best, failure, attempt)]
     return sorted(found, key=lambda answer: float(np.linalg.norm(answer.q - seed)))
 

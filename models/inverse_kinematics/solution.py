@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 from pydrake.math import RigidTransform
 
-from models.scenes.parsing import ARM, GRIPPER
+from models.gen3.nearest import LIMIT_WEIGHT, LIMIT_ZONE
 from models.scenes.planning_scene import Clearance, PlanningScene
 
 POSITION_TOLERANCE = 1e-5
@@ -22,8 +22,8 @@ class Failure(StrEnum):
     """
 
     OUT_OF_REACH = "out of reach"
-    """The wrist would be further from the shoulder than the arm is long, or nearer than joint 4
-    can fold it."""
+    """The wrist would be further from the shoulder than the arm is long, or, of a Gen3, nearer
+    than joint 4 can fold it."""
     NOT_FOUND = "not found"
     """No posture that was tried meets the pose."""
     JOINT_LIMIT = "joint limit"
@@ -41,10 +41,10 @@ class IkSolution:
     """The answer to one inverse-kinematics question.
 
     Attributes:
-        q: joint angles ``[7]`` [rad], None if there is no answer.
+        q: joint angles [rad], one a joint; None if there is no answer.
         clearance: clearance of ``q``, or of the best rejected candidate.
         failure: None on success.
-        attempts: values of the redundancy parameter, or starting points, that were tried.
+        attempts: values of the redundancy parameter, solutions or starting points that were tried.
     """
 
     q: np.ndarray | None
@@ -69,7 +69,14 @@ def reaches(scene: PlanningScene, q: np.ndarray, X_WG: RigidTransform) -> bool:
     return exact and scene.within_limits(q)
 
 
-def collision_failure(clearance: Clearance) -> Failure:
+def collision_failure(scene: PlanningScene, clearance: Clearance) -> Failure:
     """`SELF_COLLISION` if both bodies are the robot's, else `COLLISION`."""
-    models = {name.split("::")[0] for name in clearance.bodies or ()}
-    return Failure.SELF_COLLISION if models <= {ARM, GRIPPER} else Failure.COLLISION
+    own = all(scene.is_robots(name) for name in clearance.bodies or ())
+    return Failure.SELF_COLLISION if own else Failure.COLLISION
+
+
+def posture_cost(scene: PlanningScene, q: np.ndarray, seed: np.ndarray) -> np.ndarray:
+    """How far postures ``q [..., n]`` are from ``seed``, and how near to their limits [rad]."""
+    room = np.minimum(q - scene.lower, scene.upper - q)
+    short = np.clip(1.0 - room / LIMIT_ZONE, 0.0, None)
+    return np.linalg.norm(q - seed, axis=-1) + LIMIT_WEIGHT * (short**2).sum(axis=-1)

@@ -1,9 +1,10 @@
 """Inverse kinematics: joint angles for a gripper pose that keep clear of everything.
 
 The Gen3 has a closed form with the third joint as redundancy parameter: sweeping it gives all
-families of postures, of which the nearest free one is refined (`sweep`). Any other arm, and
-constraints of the user's own, go to Drake's optimiser (`optimised`). Both only propose: forward
-kinematics, joint limits and the distance query of the `PlanningScene` decide.
+families of postures, of which the nearest free one is refined (`sweep`). The Gen3 Lite has a
+polynomial that gives all its postures (`roots`). Any other arm, and constraints of the user's own,
+go to Drake's optimiser (`optimised`). All of them only propose: forward kinematics, joint limits
+and the distance query of the `PlanningScene` decide.
 """
 
 import numpy as np
@@ -12,10 +13,11 @@ from pydrake.math import RigidTransform
 from models.arrays import finite_number
 from models.errors import ModelError
 from models.inverse_kinematics.optimised import Constrain, Starts, search
+from models.inverse_kinematics.roots import Roots
 from models.inverse_kinematics.solution import IkSolution
 from models.inverse_kinematics.sweep import Sweep
 from models.scenes.inputs import finite_pose
-from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
+from models.scenes.planning_scene import MARGIN, PlanningScene
 
 ATTEMPTS = 20
 """Starting points of the optimiser, where nothing else is said."""
@@ -29,7 +31,7 @@ class IkSolver:
     Attributes:
         scene: the robot and what to keep clear of.
         attempts: starting points of the optimiser, where the closed form does not apply.
-        sweep: the closed form in this scene, None if its arm is not the Gen3.
+        closed_form: the arm's own in this scene, None if it has none here.
     """
 
     def __init__(self, scene: PlanningScene, attempts: int = ATTEMPTS) -> None:
@@ -43,13 +45,13 @@ class IkSolver:
         if not isinstance(attempts, (int, np.integer)) or attempts < 1:
             raise ModelError(f"attempts: {attempts!r}; valid: whole numbers from 1 on")
         self.scene, self.attempts = scene, attempts
-        self.sweep = Sweep.of(scene)
+        self.closed_form: Sweep | Roots | None = Sweep.of(scene) or Roots.of(scene)
 
     def solve(
         self,
         X_WG: RigidTransform,
         *,
-        seed: np.ndarray = HOME,
+        seed: np.ndarray | None = None,
         margin: float = MARGIN,
         rng: np.random.Generator | None = None,
         constrain: Constrain | None = None,
@@ -57,12 +59,12 @@ class IkSolver:
         """Find the joint angles nearest to ``seed`` that reach ``X_WG`` clear of everything.
 
         Endless joints are wound to within half a turn of ``seed``. *Nearest* is by
-        `models.inverse_kinematics.sweep.posture_cost`: the distance in joint space, and a penalty
-        near the limits.
+        `models.inverse_kinematics.solution.posture_cost`: the distance in joint space, and a
+        penalty near the limits.
 
         Args:
             X_WG: wanted pose of the tool centre point.
-            seed: ``[7]`` [rad].
+            seed: one angle a joint [rad]; None is the robot's home posture.
             margin: smallest allowed distance [m].
             rng: source of the optimiser's starting points; None draws the same ones every time.
             constrain: adds constraints to the optimisation, which is used then for any arm.
@@ -74,10 +76,11 @@ class IkSolver:
             ModelError: if the pose is none, the seed not so many finite angles, or the margin not
                 a finite number.
         """
-        X_WG, seed = finite_pose(X_WG, "X_WG"), self.scene.require_posture(seed, "seed")
+        X_WG = finite_pose(X_WG, "X_WG")
+        seed = self.scene.require_posture(self.scene.robot.home if seed is None else seed, "seed")
         margin = finite_number(margin, "margin", valid="metres")
-        if self.sweep is not None and constrain is None:
-            return self.sweep.solve(X_WG, seed, margin)
+        if self.closed_form is not None and constrain is None:
+            return self.closed_form.solve(X_WG, seed, margin)
         starts = Starts(seed, self.attempts, rng or np.random.default_rng(0))
         return search(self.scene, X_WG, starts, margin=margin, constrain=constrain)[0]
 
@@ -86,7 +89,7 @@ def solve(
     scene: PlanningScene,
     X_WG: RigidTransform,
     *,
-    seed: np.ndarray = HOME,
+    seed: np.ndarray | None = None,
     margin: float = MARGIN,
     attempts: int = ATTEMPTS,
     rng: np.random.Generator | None = None,

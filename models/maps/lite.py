@@ -97,7 +97,7 @@ class LiteScene:
     def failure(self, q: np.ndarray, clearance: Clearance) -> Failure:
         """What is wrong with joint angles ``[6]`` of too small a clearance."""
         blocked = self._scene.hand_is_blocked(q, MARGIN)
-        return Failure.BLOCKED if blocked else collision_failure(clearance)
+        return Failure.BLOCKED if blocked else collision_failure(self._scene, clearance)
 
 
 def build(seed: int = 0, progress: Callable[[int, int], None] | None = None) -> list[Entry]:

@@ -177,7 +177,7 @@ class WorkspaceSolver:
                 return None, Failure.BLOCKED
             if best is None or clearance.distance > best.distance:
                 best = clearance
-        return None, None if best is None else collision_failure(best)
+        return None, None if best is None else collision_failure(self._scene, best)
 
     def _unproposed(self, seen: int, q: Array) -> Failure:
         """Why no candidate met the pose; ``q [7]`` does if all postures collided for certain."""

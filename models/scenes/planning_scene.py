@@ -23,14 +23,15 @@ from pydrake.systems.framework import DiagramBuilder
 
 from models.arrays import Array, finite_array, finite_number, finite_vector
 from models.errors import ModelError
+from models.scenes.assembly import assemble
 from models.scenes.inputs import finite_pose
 from models.scenes.limits import JointLimits
-from models.scenes.parsing import ARM, GRIPPER, add_models
-from models.scenes.robots import GEN3, Robot
+from models.scenes.parsing import ARM, CUBE, GRIPPER, add_models
+from models.scenes.robots import GEN3, HOME, Robot
+from models.scenes.setup import Setup
 from models.task.spaces import CUBE_EDGE
 
-HOME = np.array([0.0, 0.26, np.pi, -2.27, 0.0, 0.96, np.pi / 2])
-"""The vendor's home posture [rad]: elbow up, gripper before the robot."""
+__all__ = ["HOME", "MARGIN", "Clearance", "PlanningScene"]
 
 MARGIN = 0.002
 """Smallest distance between bodies that planning allows [m]."""
@@ -71,7 +72,9 @@ class PlanningScene:
         continuous: which joints are endless ``[7]``.
     """
 
-    def __init__(self, *, carrying: bool = False, robot: Robot = GEN3) -> None:
+    def __init__(
+        self, *, carrying: bool = False, robot: Robot = GEN3, setup: Setup | None = None
+    ) -> None:
         """Build the plant, with the cube out of the way.
 
         Args:
@@ -79,23 +82,37 @@ class PlanningScene:
                 stands for the cube between them: it contains the cube however that is turned
                 between the pads. Otherwise the hand is empty and open.
             robot: the arm with its hand; one of the Gen3 Lite has six joint angles, not seven.
+            setup: another base pose, tool or surroundings; None is the shipped scene.
 
         Raises:
-            ModelError: if ``robot`` is none.
+            ModelError: if ``robot`` is none, or the setup is wrong.
         """
         if not isinstance(robot, Robot):
             raise ModelError(f"robot: {robot!r}; valid: a models.scenes.robots.Robot")
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
-        add_models(self.plant, robot.station)
+        if setup is None:
+            add_models(self.plant, robot.station)
+        else:
+            assemble(self.plant, scene_graph, robot, setup)
+        if not self.plant.HasModelInstanceNamed(CUBE):
+            add_models(self.plant, "cube.sdf")
+        if not self.plant.HasModelInstanceNamed(GRIPPER):
+            robot = robot.without_fingers()
         self.robot = robot
         self._tcp = self.plant.GetFrameByName("tcp")
         self.arm_instance = self.plant.GetModelInstanceByName(ARM)
-        self.cube = self.plant.GetBodyByName("cube")
-        self.hand_instance = hand = self.plant.GetModelInstanceByName(GRIPPER)
+        self.cube = self.plant.GetBodyByName("cube", self.plant.GetModelInstanceByName(CUBE))
+        self.hand_instance = hand = (
+            self.plant.GetModelInstanceByName(GRIPPER)
+            if robot.finger_joints
+            else self._tcp.body().model_instance()
+        )
         self.inspector = scene_graph.model_inspector()
         self._filter = scene_graph.collision_filter_manager()
         if carrying:
+            if setup is not None and setup.tool is not None:
+                raise ModelError("carrying: a tool carries no cube; valid: a setup without a tool")
             self._add_carried_cube(hand)
         self.plant.Finalize()
         self._query_port = self.plant.get_geometry_query_input_port()
@@ -104,6 +121,14 @@ class PlanningScene:
         # Where the cube lies does not concern the robot.
         standing = self.plant.CollectRegisteredGeometries(fixed)
         self._filter.Apply(CollisionFilterDeclaration().ExcludeWithin(standing))
+        arm_bodies = self.plant.GetBodyIndices(self.arm_instance)
+        attached = {
+            body.index()
+            for index in arm_bodies
+            if index not in self._fixed
+            for body in self.plant.GetBodiesWeldedTo(self.plant.get_body(index))
+        }
+        self._robot = attached | set(arm_bodies) | set(self.plant.GetBodyIndices(hand))
         welded = self.plant.GetBodiesWeldedTo(self._tcp.body())
         self._hand = {body.index() for body in welded} | set(self.plant.GetBodyIndices(hand))
 
@@ -209,6 +234,11 @@ class PlanningScene:
                 for pair in self._pairs(q, margin)
             )
         )
+
+    def is_robots(self, name: str) -> bool:
+        """Whether a body, by its scoped name, is arm, hand, or welded to what these move."""
+        names = (self.plant.get_body(i).scoped_name().get_full() for i in self._robot)
+        return name in names
 
     def _add_carried_cube(self, hand: ModelInstanceIndex) -> None:
         """Weld a cylinder that contains the cube, however turned, between the fingers."""

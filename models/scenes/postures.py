@@ -10,11 +10,11 @@ degrees, to 0.1 degree.
 import numpy as np
 
 from models.errors import ModelError
-from models.scenes.planning_scene import HOME
+from models.scenes.robots import GEN3, GEN3_LITE
 
 POSTURES: dict[str, dict[str, np.ndarray]] = {
     "gen3": {
-        "home": HOME,
+        "home": GEN3.home,
         "retract": np.array([0.0, -0.35, np.pi, -2.54, 0.0, -0.87, np.pi / 2]),
         "vertical": np.zeros(7),
         "left_snapshot": np.array([-1.75, 1.05, 1.05, np.pi / 2, 0.0, 1.05, 2.8]),
@@ -22,7 +22,7 @@ POSTURES: dict[str, dict[str, np.ndarray]] = {
         "top_snapshot": np.array([0.043, -0.1824, -0.0133, 2.208, -0.0188, 0.7828, -1.524]),
     },
     "gen3_lite": {
-        "home": np.array([0.0, -0.28, 1.309, 0.0, -1.047, 0.0]),
+        "home": GEN3_LITE.home,
         # The vendor prints 2.6199 for joint 3, above the 2.61 of its own description.
         "retract": np.array([-0.0522, 0.3664, 2.61, -1.536, -0.6981, -1.5184]),
         "vertical": np.zeros(6),

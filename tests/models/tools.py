@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.geometry import Box, Capsule, Cylinder, Shape
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
-from pydrake.multibody.tree import RigidBody, SpatialInertia
+from pydrake.multibody.tree import Frame, RevoluteJoint, RigidBody, SpatialInertia
 
 from models.scenes import planning_scene
 from models.scenes.parsing import add_models
@@ -56,6 +56,12 @@ def weld_tool(
         plant.WeldFrames(frame, tool, X_LT)
     else:
         plant.WeldFrames(tool, frame, X_LT.inverse())
+
+
+def hinged(plant: MultibodyPlant, parent: Frame) -> None:
+    """A flap that a hinge of its own turns."""
+    flap = add_body(plant, "flap", Box(0.03, 0.03, 0.10))
+    plant.AddJoint(RevoluteJoint("hinge", parent, flap.body_frame(), [0.0, 0.0, 1.0]))
 
 
 def random_tools(plant: MultibodyPlant, rng: np.random.Generator) -> None:

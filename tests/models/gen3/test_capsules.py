@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from pydrake.geometry import Box, Capsule, Cylinder, Sphere
-from pydrake.math import RigidTransform
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw
 
-from models.errors import ModelError
 from models.gen3.capsules import DOUBTFUL, FREE, FURNITURE, SELF, capsules_of, enclose, verdicts
 from models.scenes.planning_scene import MARGIN, PlanningScene
-from tests.models.tools import FOREARM, random_tools, scene_with, weld_tool
+from models.scenes.setup import Obstacle, Setup, Tool
+from tests.models.tools import FOREARM, hinged, random_tools, scene_with, weld_tool
 
 
 def surface(shape, rng, count=400):
@@ -21,21 +21,33 @@ def surface(shape, rng, count=400):
     return rim + ends[:, None] * np.eye(3)[2]
 
 
-@pytest.mark.parametrize(
-    "shape", [Box(0.1, 0.02, 0.05), Box(0.02, 0.03, 0.3), Cylinder(0.03, 0.1), Capsule(0.02, 0.2)]
-)
-def test_a_capsule_contains_its_shape(shape):
-    half, radius, exact = enclose(shape)
+SHAPES = [
+    Box(0.1, 0.02, 0.05),
+    Box(0.02, 0.03, 0.3),
+    Box(0.1, 0.1, 0.1),
+    Cylinder(0.03, 0.1),
+    Cylinder(0.05, 0.02),
+    Capsule(0.02, 0.2),
+]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_capsule_contains_its_shape_which_contains_the_core(shape):
+    _, half, radius, (share, within) = enclose(shape)
     points = surface(shape, np.random.default_rng(0))
     along = np.clip(points @ half / (half @ half), -1.0, 1.0)
     distance = np.linalg.norm(points - along[:, None] * half, axis=1)
     assert distance.max() <= radius + 1e-12
-    assert exact == isinstance(shape, Capsule)
+    assert (share == 1.0) == isinstance(shape, Capsule)
+    if not isinstance(shape, Capsule):
+        along = np.clip(points @ half / (half @ half), -share, share)
+        assert np.linalg.norm(points - along[:, None] * half, axis=1).min() >= within - 1e-12
 
 
-def test_other_shapes_are_refused():
-    with pytest.raises(ModelError, match="valid: capsule, cylinder, box"):
-        enclose(Sphere(0.1))
+def test_a_ball_is_its_own_capsule_and_what_drake_alone_measures_has_none():
+    _, half, radius, core = enclose(Sphere(0.1))
+    assert (half == 0.0).all() and radius == core[1] == 0.1
+    assert enclose(Ellipsoid(0.1, 0.2, 0.3)) is None
 
 
 @pytest.mark.parametrize("carrying", [False, True])
@@ -63,10 +75,12 @@ def test_what_the_capsules_stand_for():
     capsules = capsules_of(PlanningScene())
     assert sorted(set(capsules.link.tolist())) == list(range(8))
     # The seven links before the bracelet are capsules already.
-    assert capsules.exact.sum() == 7
-    assert (capsules.link[capsules.exact] == range(7)).all()
+    exact = capsules.core[:, 0] == 1.0
+    assert exact.sum() == 7
+    assert (capsules.link[exact] == range(7)).all()
+    assert capsules.robot.all() and capsules.complete
     # Box and table end at the base's height.
-    np.testing.assert_allclose(capsules.high[:, 2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(capsules.centre[:, 2] + capsules.extent[:, 2], 0.0, atol=1e-12)
     assert len(capsules_of(PlanningScene(carrying=True)).radius) == len(capsules.radius) + 1
 
 
@@ -90,3 +104,51 @@ def test_a_tool_counts_with_the_link_that_it_is_welded_to():
     )
     before = capsules_of(PlanningScene()).link.tolist()
     assert sorted(capsules_of(scene).link.tolist()) == sorted([*before, 4])
+
+
+def turned(roll, pitch, yaw, p):
+    return RigidTransform(RollPitchYaw(roll, pitch, yaw), p)
+
+
+OBSTACLES = [
+    Obstacle("pole", "cylinder", [0.03, 1.0], RigidTransform([0.4, 0.3, 1.0])),
+    Obstacle("ball", "sphere", [0.12], RigidTransform([0.4, -0.3, 1.0])),
+    Obstacle("rod", "capsule", [0.02, 0.5], turned(1.0, 0.2, 0.0, [-0.4, 0.3, 0.9])),
+    Obstacle("crate", "box", [0.2, 0.3, 0.4], turned(0.5, 0.7, 0.9, [-0.4, -0.3, 1.0])),
+    Obstacle("turned", "box", [0.1, 0.2, 0.3], turned(0.0, 0.0, np.pi / 2, [0.0, 0.6, 1.0])),
+]
+EGG = Obstacle("egg", "ellipsoid", [0.05, 0.1, 0.15], RigidTransform([0.0, -0.6, 1.0]))
+
+
+@pytest.mark.parametrize(
+    "setup",
+    [
+        Setup(obstacles=OBSTACLES),
+        Setup(obstacles=[*OBSTACLES, EGG]),
+        Setup(base=turned(0.3, -0.4, 0.5, [0.1, 0.2, 0.9])),
+        Setup(base=turned(np.pi, 0.0, 0.2, [0.3, 0.0, 1.6]), obstacles=OBSTACLES),
+        Setup(tool=Tool("cylinder", [0.02, 0.3], pose=RigidTransform([0.0, 0.0, 0.15]))),
+        Setup(tool=Tool("sphere", [0.05], on="gripper", pose=RigidTransform([0.0, 0.0, 0.2]))),
+    ],
+    ids=["obstacles", "egg", "tilted", "hanging", "probe", "ball on the gripper"],
+)
+def test_verdicts_agree_with_drake_in_scenes_of_ones_own(setup):
+    scene = PlanningScene(setup=setup)
+    capsules = capsules_of(scene)
+    low = np.maximum(scene.lower, -np.pi)
+    q = np.random.default_rng(0).uniform(low, -low, (1000, 7))
+    found = verdicts(capsules, q, MARGIN)
+    free = np.array([scene.is_free(row, MARGIN) for row in q])
+    assert free[found == FREE].all()
+    assert not free[np.isin(found, (SELF, FURNITURE))].any()
+    assert (found == FREE).mean() > 0.1
+    assert np.isin(found, (SELF, FURNITURE)).sum() > 0.5 * (~free).sum()
+
+
+def test_where_a_shape_has_no_capsule_nothing_is_proved_free():
+    """A flap on a hinge of its own: who knows how it stands."""
+    scene = scene_with(lambda plant: hinged(plant, plant.world_frame()))
+    capsules = capsules_of(scene)
+    assert not capsules.complete
+    found = verdicts(capsules, np.random.default_rng(0).uniform(-1.0, 1.0, (50, 7)), MARGIN)
+    assert (found != FREE).all()

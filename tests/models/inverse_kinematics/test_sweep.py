@@ -5,8 +5,8 @@ import pytest
 
 from models.gen3.closed_form import solve_batch, solve_first
 from models.gen3.newton import MET
-from models.inverse_kinematics.solution import reaches
-from models.inverse_kinematics.sweep import Sweep, posture_cost
+from models.inverse_kinematics.solution import posture_cost, reaches
+from models.inverse_kinematics.sweep import Sweep
 from models.scenes.planning_scene import MARGIN, PlanningScene
 from models.scenes.robots import GEN3_LITE
 

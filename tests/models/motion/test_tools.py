@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from pydrake.geometry import Box, HalfSpace, Sphere
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import RevoluteJoint
 
 from models.errors import ModelError
 from models.motion.bounds import MotionBounds
@@ -17,6 +16,7 @@ from tests.models.tools import (
     FOREARM,
     HAND,
     add_body,
+    hinged,
     link,
     random_tools,
     scene_with,
@@ -90,12 +90,6 @@ def test_a_tool_is_not_driven_through_a_post():
         q_from, q_to = HOME - rng.uniform(0.15, 0.6) * way, HOME + rng.uniform(0.15, 0.6) * way
         assert not (scene.is_free(q_from) and paths.segment_is_free(q_from, q_to))
     assert scene.clearance(HOME).distance < 0.0
-
-
-def hinged(plant, parent):
-    """A flap that a hinge of its own turns."""
-    flap = add_body(plant, "flap", BAR)
-    plant.AddJoint(RevoluteJoint("hinge", parent, flap.body_frame(), [0.0, 0.0, 1.0]))
 
 
 def test_what_the_arm_and_a_joint_of_its_own_move_is_refused():

@@ -3,11 +3,12 @@
 The rooms, in reading order:
 
 * `station`: the robot cell as one diagram, the ports that a controller sees;
-* `arm_controller`, `gripper_controller`, `reference_ramp`: commands to joints;
+* `arm_controller`, `gripper_controller`, `limiter`, `reference_ramp`: commands to joints;
 * `state_identifier`: measured poses to the index of a state;
 * `action_executor`: a requested action to commands, planned and timed;
 * `policy_controller`: states to requests for actions, by a policy's table;
 * `policy_run`: all of that in one diagram, an episode simulated;
+* `loads`: what the arm's joints did at most, compared with their limits;
 * `camera`: still pictures of the cell;
 * `contact`: how contact is simulated wherever the gripper meets the cube;
 * `faults`: failures of the simulator, told apart from ours;

@@ -2,7 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -91,10 +91,14 @@ class Execution:
     failure: str = ""
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Memory:
-    execution: Execution = field(default_factory=Execution)
-    timeline: Timeline | None = None
+    execution: Execution
+    timeline: Timeline
+
+    def __deepcopy__(self, memo: dict) -> "_Memory":
+        """Itself: nothing in it changes, and Drake copies states at every update."""
+        return self
 
 
 class ActionExecutor(LeafSystem):
@@ -137,7 +141,7 @@ class ActionExecutor(LeafSystem):
             "object.pose", AbstractValue.Make(RigidTransform())
         )
         hold = Timeline(q, width, (), planner.velocity_limit)
-        self._memory = self.DeclareAbstractState(Value(_Memory(timeline=hold)))
+        self._memory = self.DeclareAbstractState(Value(_Memory(Execution(), hold)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(PERIOD, 0.0, self._update)
         state_and_time = {self.abstract_state_ticket(self._memory), self.time_ticket()}
         self.DeclareVectorOutputPort("arm.position_command", 7, self._calc_arm, state_and_time)
@@ -158,7 +162,7 @@ class ActionExecutor(LeafSystem):
             ModelError: if ``q`` is not so many finite angles, or ``width`` not a finite number.
         """
         hold = Timeline(q, width, (), self._planner.velocity_limit)
-        context.SetAbstractState(self._memory, _Memory(timeline=hold))
+        context.SetAbstractState(self._memory, _Memory(Execution(), hold))
 
     def execution(self, context: Context) -> Execution:
         """Read how far the last request is from this system's context."""

@@ -6,24 +6,36 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 
 from diagrams.reference_ramp import ReferenceRamp
 from models.arrays import finite_number
+from models.errors import ModelError
 from models.scenes import gripper
 from models.task.spaces import CUBE_EDGE
 
 GRIP_FORCE = 40.0
-"""Force of each pad on what it holds [N]; the vendor's range is 20 to 235 N."""
+"""Force of each pad on what it holds [N]."""
+FORCE_RANGE = (20.0, 235.0)
+"""What the vendor's gripper can do [N]."""
 KNUCKLE_SPEED = 0.5
 """Knuckle velocity limit [rad/s]: the gap between the pads closes at about 0.05 m/s, each pad doing
 half of it."""
 _GAINS = PdControllerGains(p=100.0, d=2.0)
 
 
-def prepare_gripper(plant: MultibodyPlant, hand: ModelInstanceIndex) -> None:
+def prepare_gripper(
+    plant: MultibodyPlant, hand: ModelInstanceIndex, grip_force: float = GRIP_FORCE
+) -> None:
     """Give both knuckles the same implicit position control, limited to the grip force.
 
     Call before ``plant.Finalize()``. The torque limit is the one that presses the pads on a
-    4 cm cube with `GRIP_FORCE`; equal on both sides, so that neither finger leads.
+    4 cm cube with ``grip_force`` [N]; equal on both sides, so that neither finger leads.
+
+    Raises:
+        ModelError: if the force is not one that the vendor's gripper can do.
     """
-    torque = GRIP_FORCE * float(gripper.closing_rate(gripper.knuckle_angle(CUBE_EDGE)))
+    low, high = FORCE_RANGE
+    valid = f"{low:g} to {high:g} N"
+    if not low <= finite_number(grip_force, "grip_force", valid=valid) <= high:
+        raise ModelError(f"grip_force: {grip_force:g}; valid: {valid}")
+    torque = grip_force * float(gripper.closing_rate(gripper.knuckle_angle(CUBE_EDGE)))
     for side in ("left", "right"):
         actuator = plant.GetJointActuatorByName(f"{side}_knuckle", hand)
         actuator.set_controller_gains(_GAINS)
@@ -38,7 +50,8 @@ class _KnuckleCommand(LeafSystem):
         opening = self.DeclareVectorInputPort("opening", 1)
 
         def calc(context: Context, output: BasicVector) -> None:
-            width = finite_number(opening.Eval(context)[0], "position_command", valid="metres")
+            place = f"gripper.position_command at {context.get_time():.3f} s"
+            width = finite_number(opening.Eval(context)[0], place, valid="metres")
             output[0] = gripper.knuckle_angle(width)
 
         self.DeclareVectorOutputPort("knuckle", 1, calc)
@@ -96,7 +109,7 @@ class GripperController(Diagram):
                           └───────────────────┘
 
     `position_command` is the opening between the pads in metres. A command of 0 closes on
-    whatever lies between and holds it with `GRIP_FORCE`. The reference starts where
+    whatever lies between and holds it with the grip force. The reference starts where
     `set_opening` puts it.
     """
 

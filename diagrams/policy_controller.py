@@ -63,6 +63,10 @@ class Episode:
     state: int = -1
     finished_at: float = -1.0
 
+    def __deepcopy__(self, memo: dict) -> "Episode":
+        """Itself: nothing in it changes, and Drake copies states at every update."""
+        return self
+
 
 class PolicyController(LeafSystem):
     """Turns the identified state into requests for actions, until the goal or a dead end.

@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
 from diagrams.action_executor import ActionExecutor
 from diagrams.faults import SimulatorFault, first_line, simulating
+from diagrams.loads import LoadMeter, Loads
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.station import Station
 from models.errors import ModelError
@@ -26,6 +27,8 @@ LOOK_PERIOD = 0.2
 """Simulated time between two looks at an episode from outside [s]."""
 TIME_LIMIT = 300.0
 """Simulated time after which an episode is cut off [s]."""
+_BEFORE = 1e-6
+"""From the last look at an episode's end to the next one's start: less than a picture [s]."""
 
 
 def start_pose(state: int, rng: np.random.Generator, disturbance: float = 0.0) -> RigidTransform:
@@ -57,6 +60,7 @@ class Played:
         episode: what the controller did.
         seconds: simulated time.
         postures: the plant's positions at the start and after each action, ``[n, n_q]``.
+        loads: what the arm's joints did at most.
         fault: the simulator's message if it failed, which judges nothing, and below it the
             traceback (`SimulatorFault.text`); else empty.
     """
@@ -65,6 +69,7 @@ class Played:
     episode: Episode
     seconds: float
     postures: np.ndarray
+    loads: Loads
     fault: str = ""
 
     @property
@@ -122,6 +127,9 @@ class PolicyRun:
         )
         for name in ("arm.position_command", "gripper.position_command"):
             builder.Connect(executor.GetOutputPort(name), self.station.GetInputPort(name))
+        self._meter = LoadMeter(
+            builder, self.station, executor.GetOutputPort("arm.position_command")
+        )
         self.diagram = builder.Build()
 
     def play(
@@ -130,6 +138,7 @@ class PolicyRun:
         rng: np.random.Generator,
         *,
         start_time: float = 0.0,
+        pause: float = 0.0,
         disturbance: float = 0.0,
         progress: Callable[[float, Episode], None] | None = None,
     ) -> Played:
@@ -139,6 +148,8 @@ class PolicyRun:
             start: index of a free state.
             rng: draws the cube's true pose in that state.
             start_time: of the simulation's clock, so that recordings follow one another [s].
+            pause: how long the last scene is shown, where one is published [s]: until the next
+                picture is that of another episode, which nothing should glide into.
             disturbance: further standard deviation of the cube's place at the start [m].
             progress: called now and then with the simulated seconds and the episode so far.
         """
@@ -175,4 +186,8 @@ class PolicyRun:
         except SimulatorFault as error:
             fault = error.text
         episode = self.controller.episode(controller_context)
-        return Played(start, episode, root.get_time() - start_time, np.array(postures), fault)
+        seconds, loads = root.get_time() - start_time, self._meter.read(root)
+        if pause > _BEFORE and not fault:
+            root.SetTime(root.get_time() + pause - _BEFORE)
+            self.diagram.ForcedPublish(root)
+        return Played(start, episode, seconds, np.array(postures), loads, fault)

@@ -6,16 +6,20 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import Demultiplexer
 
 from diagrams.arm_controller import ArmController, prepare_arm
 from diagrams.contact import TIME_STEP, use_grasp_contact
-from diagrams.gripper_controller import GripperController, prepare_gripper
+from diagrams.gripper_controller import GRIP_FORCE, GripperController, prepare_gripper
 from diagrams.state_identifier import StateIdentifier
 from models.arrays import finite_number, finite_vector
 from models.scenes import gripper
 from models.scenes.inputs import finite_pose
 from models.scenes.parsing import ARM, CUBE, GRIPPER, add_models
 from models.scenes.planning_scene import HOME
+
+FRAME = 1.0 / 24.0
+"""Between two pictures of a visualizer [s]."""
 
 
 class _Poses(LeafSystem):
@@ -39,21 +43,6 @@ class _Poses(LeafSystem):
         self.DeclareAbstractOutputPort("tcp.pose", make, calc_tcp)
 
 
-class _Split(LeafSystem):
-    """Positions and velocities out of the arm's state."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        n = len(HOME)
-        state = self.DeclareVectorInputPort("state", 2 * n)
-        self.DeclareVectorOutputPort(
-            "position_measured", n, lambda c, out: out.SetFromVector(state.Eval(c)[:n])
-        )
-        self.DeclareVectorOutputPort(
-            "velocity_measured", n, lambda c, out: out.SetFromVector(state.Eval(c)[n:])
-        )
-
-
 class Station(Diagram):
     """What a controller sees of the robot cell; the same names would serve hardware.
 
@@ -61,25 +50,42 @@ class Station(Diagram):
 
                                  ┌─────────┐── arm.position_measured      [7] rad
                                  │         │── arm.velocity_measured      [7] rad/s
+                                 │         │── arm.torque_measured        [7] N m
+                                 │         │── arm.limited_samples        [1] samples
        arm.position_command ─────┤         │── gripper.position_measured  [1] m of opening
                                  │ Station │── gripper.force_measured     [1] N per pad
        gripper.position_command ─┤         │── object.pose                RigidTransform X_WO
                                  │         │── tcp.pose                   RigidTransform X_WG
-                                 └─────────┘── task.state                 [1] index
+                                 │         │── task.state                 [1] index
+                                 └─────────┘── state, query_object, contact_results
 
-    Both commands must be connected. Before a simulation starts, call `initialize` on the root
-    context: the gripper's reference is state, and begins at an opening of zero otherwise.
+    The last three are Drake's own, for cameras, loggers and teleoperation: the plant's positions
+    and velocities, its geometry, its contacts. `station.md` beside this file has a table of all
+    ports, with examples.
+
+    Both commands must be connected; one that is not finite ends the simulation with a `ModelError`.
+    The arm obeys the limits of its speed and acceleration (`ArmController`). Before a simulation
+    starts, call `initialize` on the root context: the references of arm and gripper are state, and
+    begin at zero otherwise. Torques, forces and contacts are those of the last step, zero before
+    the first.
     """
 
-    def __init__(self, *, meshcat: Meshcat | None = None, time_step: float = TIME_STEP) -> None:
+    def __init__(
+        self,
+        *,
+        meshcat: Meshcat | None = None,
+        time_step: float = TIME_STEP,
+        grip_force: float = GRIP_FORCE,
+    ) -> None:
         """Build the station.
 
         Args:
             meshcat: where to publish it; None does not.
             time_step: of the plant and its controllers [s].
+            grip_force: of each pad on what it holds [N]; the vendor's gripper can do 20 to 235.
 
         Raises:
-            ModelError: if the time step is not above 0.
+            ModelError: if the time step is not above 0, or the force beyond the gripper's range.
         """
         time_step = finite_number(time_step, "time_step", above=0.0, valid="seconds above 0")
         super().__init__()
@@ -90,16 +96,14 @@ class Station(Diagram):
         add_models(plant, "station.dmd.yaml")
         arm, hand = (plant.GetModelInstanceByName(name) for name in (ARM, GRIPPER))
         prepare_arm(plant, arm)
-        prepare_gripper(plant, hand)
-        # As for the arm, the weight of the hand is the arm controller's to compensate.
-        plant.set_gravity_enabled(hand, False)
+        prepare_gripper(plant, hand, grip_force)
         plant.Finalize()
         self._cube = plant.GetBodyByName(CUBE)
 
-        arm_controller = ArmController.add_to_builder(builder, plant, arm)
+        self._arm = ArmController.add_to_builder(builder, plant, arm, hand)
         self._gripper = GripperController.add_to_builder(builder, plant, hand)
-        split = builder.AddNamedSystem("arm_state", _Split())
-        builder.Connect(plant.get_state_output_port(arm), split.get_input_port())
+        measured = builder.AddNamedSystem("arm_state", Demultiplexer([len(HOME)] * 2))
+        builder.Connect(plant.get_state_output_port(arm), measured.get_input_port())
         poses = builder.AddNamedSystem("poses", _Poses(plant))
         builder.Connect(plant.get_body_poses_output_port(), poses.get_input_port())
         identifier = builder.AddNamedSystem("state_identifier", StateIdentifier())
@@ -111,20 +115,28 @@ class Station(Diagram):
             )
         if meshcat is not None:
             MeshcatVisualizer.AddToBuilder(
-                builder, self.scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1 / 24)
+                builder, self.scene_graph, meshcat, MeshcatVisualizerParams(publish_period=FRAME)
             )
 
-        builder.ExportInput(arm_controller.get_input_port(), "arm.position_command")
-        builder.ExportInput(
-            self._gripper.GetInputPort("position_command"), "gripper.position_command"
-        )
-        for name in ("position_measured", "velocity_measured"):
-            builder.ExportOutput(split.GetOutputPort(name), f"arm.{name}")
-        for name in ("position_measured", "force_measured"):
-            builder.ExportOutput(self._gripper.GetOutputPort(name), f"gripper.{name}")
-        for name in ("object.pose", "tcp.pose"):
-            builder.ExportOutput(poses.GetOutputPort(name), name)
-        builder.ExportOutput(identifier.get_output_port(), "task.state")
+        for name, controller in (("arm", self._arm), ("gripper", self._gripper)):
+            port = controller.GetInputPort("position_command")
+            builder.ExportInput(port, f"{name}.position_command")
+        outputs = {
+            "arm.position_measured": measured.get_output_port(0),
+            "arm.velocity_measured": measured.get_output_port(1),
+            "arm.torque_measured": plant.get_net_actuation_output_port(arm),
+            "arm.limited_samples": self._arm.GetOutputPort("limited_samples"),
+            "gripper.position_measured": self._gripper.GetOutputPort("position_measured"),
+            "gripper.force_measured": self._gripper.GetOutputPort("force_measured"),
+            "object.pose": poses.GetOutputPort("object.pose"),
+            "tcp.pose": poses.GetOutputPort("tcp.pose"),
+            "task.state": identifier.get_output_port(),
+            "state": plant.get_state_output_port(),
+            "query_object": self.scene_graph.get_query_output_port(),
+            "contact_results": plant.get_contact_results_output_port(),
+        }
+        for name, port in outputs.items():
+            builder.ExportOutput(port, name)
         builder.BuildInto(self)
 
     def initialize(
@@ -151,4 +163,5 @@ class Station(Diagram):
         for name, angle in zip(gripper.JOINTS, angles, strict=True):
             self.plant.GetJointByName(name, hand).set_angle(context, angle)
         self.plant.SetFreeBodyPose(context, self._cube, X_WO)
+        self._arm.set_position(root, q)
         self._gripper.set_opening(root, width)

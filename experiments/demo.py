@@ -75,7 +75,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         plot_policy(figure, task, policy, teacher.oracle)
     learnt_s = perf_counter() - started
 
-    physics: dict[str, Any] = {"successes": 0, "trials": 0, "episodes": []}
+    physics: dict[str, Any] = {"successes": 0, "trials": 0, "limits": None, "episodes": []}
     if config.starts:
         played = play_episodes(
             policy.action,
@@ -93,6 +93,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     return {
         **assessment.as_dict(),
         "success_drake": {key: physics[key] for key in ("successes", "trials")},
+        "limits": physics["limits"],
         "episodes": physics["episodes"],
         "queries": len(learnt.result.history),
         "advised_clusters": [record.cluster for record in learnt.result.history if record.cluster],

@@ -10,8 +10,10 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from tqdm import tqdm
 
 from diagrams.camera import StillCamera
+from diagrams.loads import Loads
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import Played, PolicyRun
+from diagrams.station import FRAME
 from experiments.kit.command import Output
 from irl.errors import InputError
 from irl.task_data import TaskData
@@ -81,7 +83,9 @@ def play_episodes(
     run = PolicyRun(
         action, planner, goal_states=goal_states, max_actions=max_actions, meshcat=meshcat
     )
-    meshcat.StartRecording(frames_per_second=24, set_visualizations_while_recording=False)
+    meshcat.StartRecording(
+        frames_per_second=round(1.0 / FRAME), set_visualizations_while_recording=False
+    )
     played: list[Played] = []
     time = 0.0
     for number, start in enumerate(starts):
@@ -95,7 +99,14 @@ def play_episodes(
                 bar.set_postfix_str(f"{seconds:.0f} s simulated, {episode.verdict}")
 
             played.append(
-                run.play(int(start), rng, start_time=time, disturbance=disturbance, progress=show)
+                run.play(
+                    int(start),
+                    rng,
+                    start_time=time,
+                    pause=PAUSE,
+                    disturbance=disturbance,
+                    progress=show,
+                )
             )
         time += played[-1].seconds + PAUSE
     meshcat.StopRecording()
@@ -126,6 +137,7 @@ def summary(played: list[Played]) -> dict[str, Any]:
             float(np.mean([len(e.episode.steps) for e in successes])) if successes else None
         ),
         "faults": len(played) - len(judged),
+        "limits": limits([episode.loads for episode in played]),
         "episodes": [
             {
                 "start": describe_state(episode.start),
@@ -136,6 +148,18 @@ def summary(played: list[Played]) -> dict[str, Any]:
             }
             for episode in played
         ],
+    }
+
+
+def limits(loads: list[Loads]) -> dict[str, Any]:
+    """What the arm's joints, 1 to 7, did at most in all episodes, as `Loads` says."""
+    largest = {
+        name: np.max([getattr(each, name) for each in loads], axis=0, initial=0.0)
+        for name in ("speed", "torque", "tracking_error")
+    }
+    return {
+        **{name: [float(f"{x:.4g}") for x in values] for name, values in largest.items()},
+        "limited_samples": sum(each.limited_samples for each in loads),
     }
 
 

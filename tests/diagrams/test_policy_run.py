@@ -1,5 +1,9 @@
+import re
+from base64 import b64decode
+
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.math import RigidTransform
 
 from diagrams.camera import StillCamera
@@ -7,7 +11,7 @@ from diagrams.policy_controller import Verdict
 from diagrams.policy_run import PolicyRun, start_pose
 from experiments.kit.shipped_data import load_planner
 from models.task.discretise import nearest_orientation
-from models.task.spaces import GOAL_POSITION, GOAL_STATE, N_STATES, Action, Kind, State
+from models.task.spaces import GOAL_POSITION, GOAL_STATE, N_STATES, POSITIONS, Action, Kind, State
 
 FAR = State(14, 0)  # at (0.6, 0), already the right way up
 GRASP, DROP = Action(Kind.GRASP, 10).index, Action(Kind.DROP).index
@@ -39,6 +43,19 @@ def test_the_arm_picks_carries_and_places_the_cube(played):
     ]
 
 
+def test_the_policys_own_commands_are_within_the_arms_limits(played):
+    loads = played.loads
+    assert loads.limited_samples == 0
+    for share in (loads.speed, loads.torque):
+        assert share.shape == (7,)
+        assert (share > 0.0).all() and (share < 0.95).all()
+    assert loads.speed.max() > 0.5
+    # Joint 2 carries the arm and lifts it.
+    assert loads.torque.argmax() == 1
+    assert loads.torque[1] > 0.4
+    assert 1e-5 < loads.tracking_error.max() < 5e-3
+
+
 def test_pictures_show_the_cube_where_it_is(played):
     camera = StillCamera(
         size=(320, 240), view_from=(0.9, -0.5, 0.9), view_at=(0.55, 0.0, 0.52), field_of_view=0.4
@@ -63,6 +80,49 @@ def test_start_poses_stay_in_their_state_and_follow_the_seed():
         assert nearest_orientation(X_WO.rotation().matrix())[0] == 0
     with pytest.raises(ValueError, match="not free"):
         start_pose(State(14, 0, 10).index, np.random.default_rng(0))
+
+
+def test_a_recording_cuts_between_episodes():
+    """No picture of it lies between the end of an episode and the start of the next."""
+    msgpack = pytest.importorskip("msgpack")
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    idle = np.full(N_STATES + 1, -1)
+    still = PolicyRun(idle, load_planner(), goal_states=np.array([GOAL_STATE]), meshcat=meshcat)
+    meshcat.StartRecording(frames_per_second=24, set_visualizations_while_recording=False)
+    states, time = [FAR.index, State(4, 0).index], 0.0
+    for state in states:
+        played = still.play(state, np.random.default_rng(0), start_time=time, pause=1.0)
+        assert played.episode.verdict == Verdict.NO_ACTION
+        time += played.seconds + 1.0
+    meshcat.StopRecording()
+    meshcat.PublishRecording()
+
+    cells = [POSITIONS[State.from_index(state).position][:2] for state in states]
+    places = cube_places(meshcat.StaticHtml(), msgpack)
+    frames = sorted(places)
+    assert len(frames) > 20
+    at = [int(np.linalg.norm(places[frame] - cells, axis=1).argmin()) for frame in frames]
+    (cut,) = np.flatnonzero(np.diff(at))
+    assert frames[cut + 1] - frames[cut] == 1
+    # The last scene was held for the pause's length.
+    assert frames[cut] - frames[cut - 1] == pytest.approx(23, abs=1)
+
+
+def cube_places(html, msgpack):
+    """Where a recording shows the cube ``[2]`` [m], by frame, out of what its page plays."""
+    packed = re.findall(r"application/octet-binary;base64,([A-Za-z0-9+/=]+)", html)
+    commands = [
+        msgpack.unpackb(b64decode(each)) for each in packed if b"set_animation" in b64decode(each)
+    ]
+    (command,) = [each for each in commands if each["type"] == "set_animation"]
+    (track,) = [
+        track
+        for animation in command["animations"]
+        if animation["path"].endswith("/cube/cube")
+        for track in animation["clip"]["tracks"]
+        if track["name"] == ".position"
+    ]
+    return {key["time"]: np.array(key["value"][:2]) for key in track["keys"]}
 
 
 def test_what_drake_cannot_simulate_is_a_fault_and_what_we_get_wrong_is_not(run, monkeypatch):

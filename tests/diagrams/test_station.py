@@ -104,5 +104,40 @@ def test_a_start_that_is_none_is_refused_before_anything_moves(station, options,
 def test_an_opening_is_a_number(station):
     simulator, root = started(station)
     station.GetInputPort("gripper.position_command").FixValue(root, [np.nan])
-    with pytest.raises(ModelError, match="position_command: nan"):
+    with pytest.raises(ModelError, match=r"gripper.position_command at 0\.000 s: nan"):
         simulator.AdvanceTo(0.01)
+
+
+def test_a_wrong_opening_ends_a_running_simulation_by_port_and_time(station):
+    simulator, root = started(station)
+    command = station.GetInputPort("gripper.position_command").FixValue(root, [0.085])
+    simulator.AdvanceTo(0.01)
+    command.GetMutableData().set_value([np.inf])
+    with pytest.raises(ModelError, match=r"^gripper\.position_command at 0\.01\d s: inf"):
+        simulator.AdvanceTo(0.1)
+
+
+@pytest.mark.parametrize("force", [20.0, 80.0])
+def test_the_grip_is_as_strong_as_asked(force):
+    station = Station(grip_force=force)
+    simulator = Simulator(station)
+    root = simulator.get_mutable_context()
+    # In the air between the pads, before it falls.
+    held = station.plant.GetFrameByName("tcp").CalcPoseInWorld(_at_home(station))
+    station.initialize(root, X_WO=held, width=0.0401)
+    station.GetInputPort("arm.position_command").FixValue(root, HOME)
+    station.GetInputPort("gripper.position_command").FixValue(root, [0.0])
+    simulator.AdvanceTo(0.4)
+    assert measured(station, root, "gripper.force_measured") == pytest.approx([force], rel=0.02)
+
+
+def _at_home(station):
+    context = station.plant.CreateDefaultContext()
+    station.plant.SetPositions(context, station.plant.GetModelInstanceByName("arm"), HOME)
+    return context
+
+
+@pytest.mark.parametrize("force", [0.0, 19.0, 236.0, -40.0, np.nan, "firm"])
+def test_a_grip_that_the_gripper_cannot_do_is_refused(force):
+    with pytest.raises(ModelError, match=r"grip_force: .*; valid: 20 to 235 N"):
+        Station(grip_force=force)

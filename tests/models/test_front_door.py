@@ -68,6 +68,22 @@ def test_the_example_runs():
     assert names["motion"].end_time() > 0.5
 
 
+def test_the_readmes_ten_lines_run():
+    """From a pose to a timed motion, which ends where the hand was wanted."""
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    section = page.partition("## Use the robot alone\n")[2].partition("\n## ")[0]
+    (code,) = re.findall(r"^```python\n(.*?)^```", section, re.DOTALL | re.MULTILINE)
+    assert len(re.findall(r"^\S", code, re.MULTILINE)) <= 10
+    names = {}
+    exec(code, names)
+    scene, motion, X_WG = (names[name] for name in ("scene", "motion", "X_WG"))
+    end = motion.value(motion.end_time()).ravel()
+    assert scene.forward(end).IsNearlyEqualTo(X_WG, 1e-5)
+    for t in np.linspace(0.0, motion.end_time(), 200):
+        assert scene.is_free(motion.value(t).ravel())
+    assert motion.value(0.0).ravel() == pytest.approx(models.HOME)
+
+
 @pytest.mark.parametrize(("robot", "alone"), list(visualizer.SCENES))
 def test_every_robot_opens(robot, alone):
     visualizer.main([robot, "--loop-once", *["--alone"] * alone])

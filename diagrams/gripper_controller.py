@@ -1,8 +1,10 @@
 """The 2F-85 as its user sees it: an opening in metres goes in, opening and force come out."""
 
+import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import MatrixGain
 
 from diagrams.reference_ramp import ReferenceRamp
 from models.arrays import finite_number
@@ -18,6 +20,8 @@ KNUCKLE_SPEED = 0.5
 """Knuckle velocity limit [rad/s]: the gap between the pads closes at about 0.05 m/s, each pad doing
 half of it."""
 _GAINS = PdControllerGains(p=100.0, d=2.0)
+_BOTH = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
+"""From one knuckle's position and velocity to the desired state of the two actuators."""
 
 
 def prepare_gripper(
@@ -54,21 +58,8 @@ class _KnuckleCommand(LeafSystem):
             width = finite_number(opening.Eval(context)[0], place, valid="metres")
             output[0] = gripper.knuckle_angle(width)
 
-        self.DeclareVectorOutputPort("knuckle", 1, calc)
-
-
-class _BothKnuckles(LeafSystem):
-    """Reference of one knuckle to the desired state of the two actuators."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        reference = self.DeclareVectorInputPort("reference", 2)
-
-        def calc(context: Context, output: BasicVector) -> None:
-            position, velocity = reference.Eval(context)
-            output.SetFromVector([position, position, velocity, velocity])
-
-        self.DeclareVectorOutputPort("desired_state", 4, calc)
+        # Once a command, not once a step.
+        self.DeclareVectorOutputPort("knuckle", 1, calc, {opening.ticket()})
 
 
 class _Measured(LeafSystem):
@@ -125,7 +116,7 @@ class GripperController(Diagram):
         self._ramp = builder.AddNamedSystem(
             "ramp", ReferenceRamp(1, speed=KNUCKLE_SPEED, period=period)
         )
-        both = builder.AddNamedSystem("both_knuckles", _BothKnuckles())
+        both = builder.AddNamedSystem("both_knuckles", MatrixGain(_BOTH))
         measured = builder.AddNamedSystem("measured", _Measured(plant, hand))
         builder.Connect(command.get_output_port(), self._ramp.get_input_port())
         builder.Connect(self._ramp.get_output_port(), both.get_input_port())

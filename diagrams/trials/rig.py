@@ -56,6 +56,8 @@ class TrialRig:
         builder = DiagramBuilder()
         plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step)
         use_grasp_contact(plant)
+        # Ports that are sampled hold copies of every step's results; here they are read rarely.
+        plant.SetUseSampledOutputPorts(False)
         add_models(plant, *MODEL_FILES)
         table = RigidTransform([*COLUMN, 0.5])
         plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table"), table)

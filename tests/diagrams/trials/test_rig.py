@@ -1,0 +1,41 @@
+import sys
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from diagrams.contact import TIME_STEP
+from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
+from models.scenes import gripper
+from models.task.spaces import R_WG, REST_HEIGHT
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return TrialRig(TIME_STEP)
+
+
+def python_calls(action):
+    """How many Python functions run during an action."""
+    count = 0
+
+    def profile(frame, event, argument):
+        nonlocal count
+        count += event == "call"
+
+    sys.setprofile(profile)
+    try:
+        action()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def test_no_step_of_a_simulation_calls_python(rig):
+    scene = TrialScene(rig, R_WG[10], friction=0.8, mass=0.1)
+    p_WG = np.array([*COLUMN, REST_HEIGHT])
+    scene.start(p_WG, gripper.MAX_OPENING, RigidTransform(p_WG))
+    scene.command([*p_WG, 0.0, 0.0, 0.03], 0.0)
+    scene.advance(0.01)
+    short, long = (python_calls(lambda s=s: scene.advance(s)) for s in (0.01, 0.1))
+    assert long == short

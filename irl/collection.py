@@ -117,6 +117,34 @@ def initial_demonstrations(
         InputError: if trajectories stop bringing new states before ``count`` is reached.
     """
     gathered = _collect(teacher.demonstrator, starts, count, teacher.generalise, rng, max_steps)
+    return _of_first_states(gathered, count)
+
+
+def recorded_demonstrations(
+    teacher: Teacher, recording: Demonstrations, count: int, rng: np.random.Generator
+) -> Demonstrations:
+    """Recorded runs in random order, generalising, until ``count`` states have a label.
+
+    Each run is taken once, so that every label counts as often as it was recorded; all of them if
+    that is not enough. Surplus is dropped as by ``initial_demonstrations``.
+
+    Args:
+        teacher: says what follows from a demonstration.
+        recording: what was recorded.
+        count: number of distinct states wanted.
+        rng: draws the order.
+    """
+    gathered = Demonstrations.empty()
+    for number in rng.permutation(np.unique(recording.trajectory)):
+        if gathered.n_states_demonstrated >= count:
+            break
+        run = recording.select(recording.trajectory == number)
+        gathered = Demonstrations.concatenate([gathered, teacher.generalise(run)])
+    return _of_first_states(gathered, count)
+
+
+def _of_first_states(gathered: Demonstrations, count: int) -> Demonstrations:
+    """All labels of the first ``count`` states, those shown before others."""
     return gathered.select(np.isin(gathered.state, gathered.states_by_rank[:count]))
 
 
@@ -151,4 +179,4 @@ def held_out(
         rng,
         max_steps,
     )
-    return gathered.select(np.isin(gathered.state, gathered.states_by_rank[:n])).resolved()
+    return _of_first_states(gathered, n).resolved()

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from irl.choices import Limits, Settings
-from irl.collection import initial_demonstrations
+from irl.collection import initial_demonstrations, recorded_demonstrations
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator, OracleExpert, RecordedDemonstrator
 from irl.errors import InputError
@@ -98,11 +98,9 @@ class GraspTeacher:
         Raises:
             InputError: as `irl.collection.initial_demonstrations`.
         """
-        recording, starts = self.recording, self.task.start_states
-        if recording is not None:
-            count = min(count, teacher.generalise(recording).n_states_demonstrated)
-            starts = np.unique(recording.state[~recording.generalised])
-        return initial_demonstrations(teacher, starts, count, rng)
+        if self.recording is not None:
+            return recorded_demonstrations(teacher, self.recording, count, rng)
+        return initial_demonstrations(teacher, self.task.start_states, count, rng)
 
     def candidates(self, problem: LearningProblem) -> np.ndarray | None:
         """The states of ``problem`` that there is an answer for."""

@@ -1,9 +1,15 @@
 import numpy as np
 import pytest
 
-from irl.collection import demonstrate, held_out, initial_demonstrations, mislabel
+from irl.collection import (
+    demonstrate,
+    held_out,
+    initial_demonstrations,
+    mislabel,
+    recorded_demonstrations,
+)
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import OracleDemonstrator
+from irl.demonstrators import OracleDemonstrator, RecordedDemonstrator
 from irl.errors import InputError
 from irl.generalisation import Generalisation
 from irl.teacher import Teacher
@@ -120,3 +126,25 @@ def test_collections_repeat_with_their_seed(oracle, neighbours):
     )
     assert a.pairs == b.pairs
     assert isinstance(a, Demonstrations)
+
+
+@pytest.mark.parametrize("count", [1, 40, 5000])
+def test_every_label_counts_as_often_as_it_was_recorded(oracle, neighbours, count):
+    shown = demonstrate(oracle, range(0, 200, 5), np.random.default_rng(1))
+    teacher = Teacher(RecordedDemonstrator(shown), generalisation=neighbours, rules=[])
+    first = recorded_demonstrations(teacher, shown, count, np.random.default_rng(0))
+    assert first.n_states_demonstrated == min(count, shown.n_states_demonstrated)
+    moments = list(zip(first.trajectory, first.step, first.state, first.action, strict=True))
+    assert len(set(moments)) == len(moments)
+    recorded = zip(shown.trajectory, shown.step, shown.state, shown.action, strict=True)
+    assert set(moments) <= set(recorded)
+    assert (len(first) == len(shown)) == (count == 5000)
+
+
+def test_a_slip_in_a_recording_weighs_once_however_many_states_lead_to_it(oracle):
+    """State 1 was answered twice with 0 and once, where a run ended, with 1."""
+    runs = [[(s, 0) for s in range(10, 30)] + [(1, 1)], [(1, 0)], [(1, 0)]]
+    shown = Demonstrations.from_trajectories(runs)
+    teacher = Teacher(RecordedDemonstrator(shown))
+    every = recorded_demonstrations(teacher, shown, 99, np.random.default_rng(0))
+    assert every.counted.policy(200)[1] == 0

@@ -49,7 +49,7 @@ def test_of_a_short_recording_all_is_used(task, recording):
     path, shown = recording
     recorded = GraspTeacher(task, TeacherConfig("recorded", path))
     first = recorded.initial_demonstrations(recorded.answers([]), 981, np.random.default_rng(0))
-    assert set(first.resolved().pairs) == set(shown.resolved().pairs)
+    assert sorted(first.pairs) == sorted(shown.pairs)
 
 
 def test_the_demo_learns_from_a_recording(recording, tmp_path):

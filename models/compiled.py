@@ -6,6 +6,7 @@ the key of a cached function covers these as well.
 """
 
 import hashlib
+import sys
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
@@ -14,6 +15,9 @@ import numba
 import numpy as np
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
+
+NOTICE = "compiling, once on this machine and after changes; it may take half a minute"
+"""What is said on stderr when a function is called first that nothing is kept of."""
 
 FAST: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
 """Options for plain algebra: a division by zero is not an error, and roundings may be fused."""
@@ -59,6 +63,16 @@ def _ordered(value: Any) -> Any:
 
 
 class _Cache(FunctionCache):
+    said = False
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """What was kept on disk; says once that compiling takes a while, if nothing was."""
+        kept = super().load_overload(signature, target_context)
+        if kept is None and not _Cache.said:
+            _Cache.said = True
+            print(f"models: {NOTICE}", file=sys.stderr)
+        return kept
+
     def __init__(self, dispatcher: Dispatcher) -> None:
         super().__init__(dispatcher.py_func)
         self._dispatcher = dispatcher

@@ -17,12 +17,13 @@ PAGES = sorted(
     for folder in (ROOT, *(ROOT / name for name in ("irl", "models", "diagrams", "experiments")))
     for path in (folder.glob("*.md") if folder == ROOT else folder.rglob("*.md"))
 )
-# By tests/irl/test_examples.py, and tests/diagrams/test_station_page.py.
+# By test_examples.py, test_station_page.py and test_your_own_arm.py in the folders of `tests`.
 RUN_HERE = {
     "README.md",
     "experiments/own_data.md",
     "experiments/own_task.md",
     "diagrams/station.md",
+    "models/your_own_arm.md",
 }
 
 

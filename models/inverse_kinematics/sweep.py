@@ -56,6 +56,10 @@ class Sweep:
         """R_BE ``[3, 3]`` and p_BE ``[3]`` [m] of a pose of the tool centre point."""
         return self.frames.end_effector(X_WG)
 
+    def may_reach(self, X_WG: RigidTransform) -> bool:
+        """Whether the wrist's distance leaves any hope for a pose; False proves none."""
+        return bool(wrist_in_reach(*self.end_effector(X_WG)))
+
     def solve(self, X_WG: RigidTransform, seed: np.ndarray, margin: float) -> IkSolution:
         """Sweep q3 from ``seed [7]`` [rad] all around, then about the best answer.
 

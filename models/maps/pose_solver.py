@@ -10,6 +10,7 @@ import numpy as np
 
 from models.inverse_kinematics.optimised import Starts, search
 from models.inverse_kinematics.solution import Failure, IkSolution, reaches
+from models.inverse_kinematics.sweep import Sweep
 from models.maps.gripper_poses import Layer, gripper_pose, pose_key
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME, MARGIN, Clearance, PlanningScene
@@ -66,6 +67,7 @@ class PoseSolver:
         """
         self.seed = seed
         self._empty, self._carrying = PlanningScene(), PlanningScene(carrying=True)
+        self._arm = Sweep.of(self._empty)
 
     def near(self, layer: Layer, p_WG: np.ndarray, gripper: int, q: np.ndarray) -> Entry:
         """Solve a pose from the posture ``q [7]`` alone; the fast way where it is close."""
@@ -80,6 +82,8 @@ class PoseSolver:
         Returns:
             Up to `CANDIDATES` different answers, or one entry that says why there is none.
         """
+        if self._arm is not None and not self._arm.may_reach(gripper_pose(p_WG, gripper)):
+            return [Entry(layer, p_WG, gripper, None, None, Failure.OUT_OF_REACH, 0)]
         stream = np.random.default_rng([self.seed, *np.abs(pose_key(p_WG, gripper))])
         answers = search(
             self._scene(p_WG),

@@ -76,27 +76,32 @@ class ReachabilityMap:
         """The entry of a pose, solved first if the map does not hold it.
 
         Args:
-            p_WG: position ``[3]`` of the tool centre point [m].
+            p_WG: position ``[3]`` of the tool centre point [m]; an added one is solved at the
+                nearest whole 0.1 mm.
             gripper: gripper orientation 0…17.
             layer: what the pose is for, if it is new.
 
         Raises:
             ModelError: if the position or the orientation is invalid.
         """
-        p_WG = np.array(p_WG, dtype=float)
         entry = self.find(p_WG, gripper)
         if entry is None:
+            p_WG = np.array(p_WG, dtype=float)
+            if layer == Layer.ADDED:
+                # Whichever of the positions that count as one is asked for first.
+                p_WG = np.array(pose_key(p_WG, gripper)[:3]) / 1e4
             entry = self._solve(p_WG, gripper, layer)
             self.add(entry)
         return entry
 
     def _solve(self, p_WG: np.ndarray, gripper: int, layer: Layer) -> Entry:
+        # Added entries show no way: the answer must not depend on what was asked before.
         for other in same_approach(gripper):
             known = self.find(p_WG, other)
-            turned = known and self.solver.turned(known, gripper)
-            if turned:
-                return turned
-        # Added entries show no way: the answer must not depend on what was asked before.
+            if known is not None and known.layer != Layer.ADDED:
+                turned = self.solver.turned(known, gripper)
+                if turned:
+                    return turned
         standard = (entry for entry in self._entries.values() if entry.layer != Layer.ADDED)
         q = nearest_posture(p_WG, gripper, standard)
         if q is not None:

@@ -8,6 +8,7 @@ import pytest
 
 from models.errors import ModelError
 from models.inverse_kinematics.solution import reaches
+from models.inverse_kinematics.solver import solve
 from models.maps.gripper_poses import Layer, gripper_pose, pose_key, standard_poses
 from models.maps.pose_solver import CLOSED_MARGIN, PoseSolver
 from models.maps.reachability import ReachabilityMap, nearest_posture, same_approach
@@ -105,10 +106,25 @@ def test_added_poses_do_not_change_later_answers(shipped):
     np.testing.assert_array_equal(shipped.solve_and_add(p_WG, 6).q, alone.q)
 
 
+def test_answers_are_the_same_bits_whatever_was_asked_before(shipped):
+    """Other orientations of the same approach, and other positions that count as the same."""
+    p_WG = np.array([0.52, 0.06, 0.57])
+    fresh, asked = ReachabilityMap(shipped.entries), ReachabilityMap(shipped.entries)
+    alone = [ReachabilityMap(shipped.entries).solve_and_add(p_WG, g) for g in VERTICAL]
+    for gripper, entry in zip(VERTICAL[::-1], alone[::-1], strict=True):
+        asked.solve_and_add(p_WG + 3e-5, gripper)
+        for known in (fresh, asked):
+            np.testing.assert_array_equal(known.solve_and_add(p_WG, gripper).q, entry.q)
+    for gripper, entry in zip(VERTICAL, alone, strict=True):
+        np.testing.assert_array_equal(fresh.solve_and_add(p_WG, gripper).q, entry.q)
+
+
 def test_pose_out_of_reach_is_added_with_its_reason():
     known = ReachabilityMap()
     entry = known.solve_and_add(np.array([1.5, 0.0, 0.6]), 5)
-    assert (entry.value, entry.q, entry.failure) == (0, None, "not found")
+    assert (entry.value, entry.q, entry.failure) == (0, None, "out of reach")
+    X_WG = gripper_pose(entry.p_WG, 5)
+    assert solve(PlanningScene(), X_WG).failure == entry.failure
 
 
 def test_nearest_posture_looks_at_reachable_poses_of_the_orientation(shipped):

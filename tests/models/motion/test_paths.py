@@ -46,25 +46,6 @@ def smallest_distance(scene, a, b, n=150):
     return min(scene.clearance(a + t * (b - a), 0.02).distance for t in np.linspace(0, 1, n))
 
 
-def test_segment_through_an_obstacle_is_not_free(paths, blocked):
-    assert blocked.is_free(LEFT) and blocked.is_free(RIGHT)
-    assert not paths.segment_is_free(LEFT, RIGHT)
-    assert not paths.segment_is_free(RIGHT, LEFT)
-
-
-def test_verdicts_agree_with_a_fine_sweep(paths, blocked):
-    rng = np.random.default_rng(0)
-    verdicts = []
-    while len(verdicts) < 30:
-        a, b = np.array([LEFT, RIGHT]) + rng.normal(0.0, 0.3, (2, 7))
-        if blocked.is_free(a) and blocked.is_free(b):
-            free = paths.segment_is_free(a, b)
-            distance = smallest_distance(blocked, a, b)
-            assert distance > PROVED * MARGIN if free else distance <= MARGIN + 1e-3
-            verdicts.append(free)
-    assert 5 < sum(verdicts) < 25
-
-
 @pytest.mark.parametrize(
     ("gap", "free"), [(1.05 * MARGIN, True), (0.95 * PROVED * MARGIN, False), (-1e-4, False)]
 )
@@ -100,19 +81,6 @@ def test_path_goes_through_the_first_via_that_serves(paths):
     # The short form measures the scene anew.
     again = plan_path(paths.scene, LEFT, RIGHT, [[HOME], [ABOVE]])
     np.testing.assert_array_equal(again, path)
-
-
-def test_a_search_finds_what_no_via_does_and_the_same_every_time(paths, blocked):
-    path, again = (
-        paths.plan(LEFT, RIGHT, [[HOME]], search=np.random.default_rng(seed)) for seed in (0, 0)
-    )
-    np.testing.assert_array_equal(path, again)
-    np.testing.assert_array_equal(path[0], LEFT)
-    np.testing.assert_allclose(blocked.wind(path[-1], RIGHT), RIGHT, atol=1e-12)
-    assert len(path) > 2
-    for a, b in pairwise(path):
-        assert smallest_distance(blocked, a, b) > PROVED * MARGIN
-        assert blocked.within_limits(b)
 
 
 def test_a_search_does_not_begin_for_an_end_that_is_not_free(paths):

@@ -38,7 +38,7 @@ def control_model(
     """What the controller knows of the robot: the arm where it stands, and the hand, wide open.
 
     The hand is one rigid body; that its fingers move by some centimetres changes what a joint
-    carries by less than 0.1 %. What the hand holds is not part of the model.
+    carries by less than 0.03 N m. What the hand holds is not part of the model.
 
     Args:
         plant: of the simulation, finalized; arm and hand as in `gen3_2f85.dmd.yaml`.

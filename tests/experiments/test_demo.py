@@ -62,6 +62,12 @@ def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
     (episode,) = result["episodes"]
     assert len(episode["actions"]) == 1
     assert episode["actions"][0].startswith("grasp with")
+    limits = result["limits"]
+    assert limits["limited_samples"] == 0
+    for name in ("speed", "torque", "tracking_error"):
+        assert len(limits[name]) == 7
+        assert all(0.0 < share < 0.95 for share in limits[name])
+    assert limits["torque"][1] == max(limits["torque"]) > 0.3  # joint 2 carries the arm
     recording = (folder / "out/recording.html").read_text()
     assert "<html" in recording
     assert len(recording) > 1_000_000

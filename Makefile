@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-bench
 PEER_LIST := experiments/bench/peers/requirements.txt
-OTHER_DRAKES := 1.50.0 1.48.0 1.44.0
+OTHER_DRAKES := 1.50.0 1.48.0 1.44.0 1.38.0 1.32.0
 DRAKE := .venv-drake-
 
 .PHONY: run test lint bench drift docs clean

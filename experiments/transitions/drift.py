@@ -144,5 +144,5 @@ def print_rows(campaign_drake: str, rows: Iterable[Mapping[str, Any]]) -> None:
         cells = "".join(f"{row[aspect]:10d}" for aspect in ASPECTS)
         print(
             f"{row['drake']:>9}  {row['action']:10} {row['trials']:6d}{cells} "
-            f"{row['same_bits']:19d} {1e3 * row['place_change_max_m']:10.3f} mm"
+            f"{row['same_bits']:20d} {row['place_change_max_m']:11.1e} m"
         )

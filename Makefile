@@ -3,8 +3,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-bench
 PEER_LIST := experiments/bench/peers/requirements.txt
+OTHER_DRAKES := 1.50.0 1.48.0 1.44.0 1.38.0 1.32.0
+DRAKE := .venv-drake-
 
-.PHONY: run test lint bench docs clean
+.PHONY: run test lint bench drift docs clean
 run: $(VENV)/installed
 	$(BIN)/python -m experiments.demo
 
@@ -18,6 +20,9 @@ lint: $(VENV)/installed
 
 bench: $(VENV)/installed $(PEERS)/installed
 	$(BIN)/python -m experiments.bench
+
+drift: $(VENV)/installed $(OTHER_DRAKES:%=$(DRAKE)%/installed)
+	$(BIN)/python -m experiments.transitions drift --pythons $(OTHER_DRAKES:%=$(DRAKE)%/bin/python)
 
 docs: $(VENV)/installed
 	rm -rf out/docs
@@ -33,5 +38,12 @@ $(PEERS)/installed: $(PEER_LIST)
 	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check -r $(PEER_LIST)
 	touch $@
 
+$(DRAKE)%/installed: constraints.txt
+	$(PYTHON) -m venv $(DRAKE)$*
+	grep -v '^drake==' constraints.txt > $(DRAKE)$*/others.txt
+	$(DRAKE)$*/bin/python -m pip install --quiet --disable-pip-version-check \
+		-c $(DRAKE)$*/others.txt drake==$* numpy numba scipy tyro tqdm matplotlib pyyaml
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(PEERS) out
+	rm -rf $(VENV) $(PEERS) $(DRAKE)* out

@@ -36,6 +36,8 @@ class Timeline:
         """
         q = finite_vector(q, len(HOME), "q")
         width = finite_number(width, "width", valid="metres")
+        self.plan = tuple(plan)
+        """What it follows."""
         self._starts = [0.0]
         self._arm: list[Trajectory | np.ndarray] = [np.array(q)]
         self._width = [float(width)]
@@ -167,6 +169,10 @@ class ActionExecutor(LeafSystem):
     def execution(self, context: Context) -> Execution:
         """Read how far the last request is from this system's context."""
         return context.get_abstract_state(self._memory).get_value().execution
+
+    def plan(self, context: Context) -> tuple[Move | Grip, ...]:
+        """Read how the last request is carried out; nothing before the first, or if it cannot."""
+        return context.get_abstract_state(self._memory).get_value().timeline.plan
 
     def _update(self, context: Context, state: State) -> None:
         memory = context.get_abstract_state(self._memory).get_value()

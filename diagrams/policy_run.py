@@ -15,7 +15,7 @@ from diagrams.loads import LoadMeter, Loads
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.station import Station
 from models.errors import ModelError
-from models.motion.planner import ActionPlanner
+from models.motion.planner import ActionPlanner, Grip, Move
 from models.rotations import rotation_z
 from models.task.spaces import LOST, N_FREE, POSITIONS, R_WO, REST_HEIGHT, decode_states
 
@@ -63,6 +63,8 @@ class Played:
         loads: what the arm's joints did at most.
         fault: the simulator's message if it failed, which judges nothing, and below it the
             traceback (`SimulatorFault.text`); else empty.
+        plans: how each action was carried out, one more than `episode` has steps if it was cut off
+            in an action; nothing where there was no way.
     """
 
     start: int
@@ -71,6 +73,7 @@ class Played:
     postures: np.ndarray
     loads: Loads
     fault: str = ""
+    plans: tuple[tuple[Move | Grip, ...], ...] = ()
 
     @property
     def reason(self) -> str:
@@ -109,6 +112,7 @@ class PolicyRun:
         builder = DiagramBuilder()
         self.station = builder.AddNamedSystem("station", Station(meshcat=meshcat))
         executor = builder.AddNamedSystem("action_executor", ActionExecutor(planner))
+        self.executor = executor
         self.controller = builder.AddNamedSystem(
             "policy_controller",
             PolicyController(
@@ -169,6 +173,8 @@ class PolicyRun:
         plant = self.station.plant
         plant_context = plant.GetMyContextFromRoot(root)
         postures = [plant.GetPositions(plant_context)]
+        executor_context = self.executor.GetMyContextFromRoot(root)
+        plans: list[tuple[Move | Grip, ...]] = []
         fault = ""
         try:
             with simulating():
@@ -177,6 +183,9 @@ class PolicyRun:
                 with simulating():
                     simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
                 episode = self.controller.episode(controller_context)
+                # An action takes longer than a look, if only for the rest at its end.
+                if self.executor.execution(executor_context).sequence > len(plans):
+                    plans.append(self.executor.plan(executor_context))
                 if len(episode.steps) >= len(postures):
                     postures.append(plant.GetPositions(plant_context))
                 if progress is not None:
@@ -190,4 +199,4 @@ class PolicyRun:
         if pause > _BEFORE and not fault:
             root.SetTime(root.get_time() + pause - _BEFORE)
             self.diagram.ForcedPublish(root)
-        return Played(start, episode, seconds, np.array(postures), loads, fault)
+        return Played(start, episode, seconds, np.array(postures), loads, fault, tuple(plans))

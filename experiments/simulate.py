@@ -5,12 +5,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from diagrams.policy_run import Played
+from experiments.grasping.exporting import export_episodes
 from experiments.grasping.playing import draw_starts, play_episodes, summary
 from experiments.kit.command import Output, execute
 from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
 from irl.choices import Limits, Settings
 from irl.policy import load_policy
+from models.export.trajectories import SPEED_LIMIT
 from models.task import words
 
 
@@ -28,6 +30,11 @@ class Config(Settings):
     """By how much more the cube's place at the start is disturbed: a standard deviation [m]."""
     max_actions: Annotated[int, Limits(1, 10_000)] = 20
     """After how many actions an episode ends."""
+    export: Path | None = None
+    """A folder to write the episodes to as joint trajectories; by default none are written.
+    They are CSV, ROS 2 YAML and the Gen3's pre-computed form, with the gripper's commands."""
+    export_speed: Annotated[float, Limits(1, 80)] = SPEED_LIMIT
+    """The speed that no joint exceeds in them [deg/s]."""
     seed: int = 0
     """The seed of the starts and of the cube's true poses."""
     out: Path = Path("out/simulate")
@@ -59,6 +66,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     )
     result = summary(played)
     print_episodes(played)
+    if config.export is not None:
+        result["exported"] = export_episodes(config.export, played, config.export_speed)
     print(f"{result['successes']} of {result['trials']} starts reached the goal")
     return {**result, "recording": "recording.html"}
 

@@ -8,6 +8,7 @@ The rooms, in reading order:
 * `arm`: the same with the whole station;
 * `verdict`: from the cube's pose at the end to a record;
 * `plan`: how many trials a class deserves, and which comes next;
+* `schema`, `rows`, `writing`: the database's tables, what a row may say, one writer at a time;
 * `database`: the trials of a campaign on disk;
 * `counts`: from trials to transition probabilities.
 

@@ -1,78 +1,27 @@
-"""The trial database: SQLite, append-only, one row a trial (the truth that task data come from)."""
+"""The trial database: SQLite, append-only, one row a trial (the truth that task data come from).
+
+Nothing in a file is believed: its tables, the hash of its campaign and every row are checked when
+they are read (`schema`, `rows`), and what disagrees is refused by name. Nothing is mended either:
+a refused file stays as it is.
+"""
 
 import hashlib
 import json
 import os
 import sqlite3
+import stat
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from diagrams.trials.record import Noise, Outcome, Pair, Trial, TrialConfig, TrialRecord, spawn_key
+from diagrams.trials.record import Pair, Trial, TrialConfig, TrialRecord
+from diagrams.trials.rows import KEY, require_row, to_row, to_trial
+from diagrams.trials.schema import SCHEMA_VERSION, stored_version, tables
+from diagrams.trials.writing import WriterLock
 from irl.identity import require_same_work
 from models.errors import ModelError
-from models.task.trial_classes import trial_classes
-
-SCHEMA_VERSION = 2
-"""Of the tables, kept as the file's ``user_version``."""
-_SCHEMA = f"""
-BEGIN IMMEDIATE;
-PRAGMA user_version = {SCHEMA_VERSION};
-CREATE TABLE IF NOT EXISTS configuration (
-    id INTEGER PRIMARY KEY CHECK (id = 1),
-    hash TEXT NOT NULL,
-    content TEXT NOT NULL
-);
-CREATE TABLE IF NOT EXISTS trial (
-    configuration TEXT NOT NULL,
-    state INTEGER NOT NULL,
-    action INTEGER NOT NULL,
-    repetition INTEGER NOT NULL,
-    class INTEGER NOT NULL,
-    seed TEXT NOT NULL,
-    outcome TEXT NOT NULL,
-    next_state INTEGER NOT NULL,
-    turn_x REAL NOT NULL, turn_y REAL NOT NULL, turn_z REAL NOT NULL,
-    displacement_x REAL NOT NULL, displacement_y REAL NOT NULL, displacement_z REAL NOT NULL,
-    snap_angle REAL NOT NULL,
-    drift REAL NOT NULL,
-    lift_height REAL NOT NULL,
-    clearance REAL NOT NULL,
-    slip REAL NOT NULL,
-    in_hand_rotation REAL NOT NULL,
-    pad_force REAL NOT NULL,
-    opening REAL NOT NULL,
-    speed REAL NOT NULL,
-    noise TEXT NOT NULL,
-    draws INTEGER NOT NULL,
-    fault TEXT NOT NULL,
-    cpu_s REAL NOT NULL,
-    UNIQUE (configuration, state, action, repetition)
-);
-COMMIT;
-"""
-"""Whole or not at all, so that who looks while a database is made sees no part of it."""
-_VECTORS = ("turn", "displacement")
-_PLAIN = (
-    "outcome",
-    "next_state",
-    "snap_angle",
-    "drift",
-    "lift_height",
-    "clearance",
-    "slip",
-    "in_hand_rotation",
-    "pad_force",
-    "opening",
-    "speed",
-    "draws",
-    "fault",
-    "cpu_s",
-)
-_KEY = ("state", "action", "repetition")
-
 
 FLOATING: Final = "floating"
 ARM: Final = "arm"
@@ -105,11 +54,14 @@ class Campaign:
     @property
     def hash(self) -> str:
         """SHA-256 of the content."""
-        return hashlib.sha256(json.dumps(self.content(), sort_keys=True).encode()).hexdigest()
+        return _hash(json.dumps(self.content(), sort_keys=True))
 
 
 class TrialDatabase:
-    """Trials of one campaign on disk; every committed trial survives a kill."""
+    """Trials of one campaign on disk; every committed trial survives a kill.
+
+    One process at a time may write; any number may read meanwhile.
+    """
 
     def __init__(self, path: Path, campaign: Campaign | None = None) -> None:
         """Open or create a database.
@@ -119,115 +71,143 @@ class TrialDatabase:
             campaign: to record trials under; None opens an existing database for reading.
 
         Raises:
-            ModelError: if the file is not a trial database, is of another schema version, is
-                missing and ``campaign`` is None, or cannot be written.
+            ModelError: if the file is not a trial database, is damaged, of a schema version that
+                cannot be read (or, to record trials, not added to), is missing and ``campaign``
+                is None, is being written by another process, or cannot be written.
             InputError: if it holds trials of another campaign; the message names what differs.
         """
+        self._writer: WriterLock | None = None
+        self._connection: sqlite3.Connection | None = None
         self.path = Path(path)
+        with suppress(OSError):
+            if not stat.S_ISREG(self.path.stat().st_mode):
+                raise ModelError(f"{self.path}: is not a regular file; wanted a trial database")
         if campaign is None and not self.path.is_file():
             raise ModelError(f"{self.path}: no such trial database; make one with 'run'")
         try:
-            stored = self._open() if campaign is None else self._open_or_make(campaign)
-        except (sqlite3.Error, OSError) as error:
-            raise ModelError(f"{self.path}: not usable as a trial database ({error})") from error
-        self.content = json.loads(stored)
-        if campaign is not None:
-            require_same_work(
-                self.path,
-                _flat(self.content),
-                _flat(campaign.content()),
-                "take another --database, or the same settings",
-            )
-        self.hash = hashlib.sha256(json.dumps(self.content, sort_keys=True).encode()).hexdigest()
+            with self._reading():
+                text = self._open() if campaign is None else self._open_or_make(campaign)
+            self.content = _campaign_content(text, self.path)
+            if campaign is not None:
+                require_same_work(
+                    self.path,
+                    _flat(self.content),
+                    _flat(campaign.content()),
+                    "take another --database, or the same settings",
+                )
+        except BaseException:
+            self.close()
+            raise
+        self.hash = _hash(text)
+
+    def __del__(self) -> None:
+        """Close the file, as its connection does by itself."""
+        self.close()
 
     def _open(self) -> str:
         """Connect for reading; the campaign's content."""
         self._connection = sqlite3.connect(_read_only(self.path), uri=True)
-        stored = self._stored()
-        if stored is None:
+        if stored_version(self._connection, self.path) is None:
             raise ModelError(f"{self.path}: holds no campaign; make one with 'run'")
-        return stored
+        return self._stored(self._connection)
 
     def _open_or_make(self, campaign: Campaign) -> str:
         """Connect for writing, what is missing made; the content of the campaign that it is of."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._writer = WriterLock(self.path)
         self._connection = sqlite3.connect(self.path)
-        stored = self._stored()
+        version = stored_version(self._connection, self.path)
+        if version is not None and version != SCHEMA_VERSION:
+            raise ModelError(
+                f"{self.path}: schema version {version} is read, but not added to; "
+                "take another --database"
+            )
+        if version is not None:
+            text = self._stored(self._connection)
         self._connection.execute("PRAGMA journal_mode = WAL")
-        self._connection.executescript(_SCHEMA)
-        if stored is None:
-            stored = json.dumps(campaign.content(), sort_keys=True)
+        if version is None:
+            text = json.dumps(campaign.content(), sort_keys=True)
+            # Whole or not at all, so that who looks meanwhile sees no part of it.
             with self._connection:
-                self._connection.execute(
-                    "INSERT INTO configuration VALUES (1, ?, ?)", (campaign.hash, stored)
-                )
-        return stored
+                self._connection.execute("BEGIN IMMEDIATE")
+                for statement in tables(SCHEMA_VERSION):
+                    self._connection.execute(statement)
+                self._connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+                row = (1, campaign.hash, text)
+                self._connection.execute("INSERT INTO configuration VALUES (?, ?, ?)", row)
+        return text
 
-    def _stored(self) -> str | None:
-        """The content of the file's campaign; None if there are no tables yet, or none in them.
+    def _stored(self, connection: sqlite3.Connection) -> str:
+        """Content of the file's campaign, as text whose hash is the one stored.
 
         Raises:
-            ModelError: if the tables are of another schema version.
+            ModelError: if there is no campaign, or its hash is another.
         """
-        if not self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-            return None
-        found = self._connection.execute("PRAGMA user_version").fetchone()[0]
-        if found != SCHEMA_VERSION:
+        row = connection.execute("SELECT hash, content FROM configuration").fetchone()
+        if row is None:
+            trials = connection.execute("SELECT count(*) FROM trial").fetchone()[0]
             raise ModelError(
-                f"{self.path}: schema version {found}; supported: {SCHEMA_VERSION}; "
-                "make another database"
+                f"{self.path}: table 'configuration' is empty, holds no campaign, "
+                f"though there are {trials} trials; wanted one row"
             )
-        # The first databases of version 2 lack a column.
-        with closing(sqlite3.connect(":memory:")) as wanted:
-            wanted.executescript(_SCHEMA)
-            for table in ("configuration", "trial"):
-                here, there = (_columns(db, table) for db in (wanted, self._connection))
-                if here != there:
-                    raise ModelError(
-                        f"{self.path}: table '{table}': columns {', '.join(sorted(here ^ there))} "
-                        "missing or unknown; make another database"
-                    )
-        row = self._connection.execute("SELECT content FROM configuration").fetchone()
-        return None if row is None else row[0]
+        stored, text = row
+        if not isinstance(text, str) or stored != _hash(text):
+            raise ModelError(
+                f"{self.path}: table 'configuration': column 'hash' is {stored!r:.70}, which is "
+                "not the hash of column 'content'"
+            )
+        return text
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Tell what SQLite and the disk complain of with the file's name."""
+        try:
+            yield
+        except (sqlite3.Error, OSError, UnicodeError) as error:
+            told = " ".join(str(error).split())[:200]
+            raise ModelError(f"{self.path}: not usable as a trial database ({told})") from error
+
+    def _connected(self) -> sqlite3.Connection:
+        if self._connection is None:
+            raise ModelError(f"{self.path}: was closed")
+        return self._connection
 
     def close(self) -> None:
         """Close the file; further calls fail."""
-        self._connection.close()
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            connection.close()
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            writer.release()
 
     def done(self) -> set[tuple[Pair, int]]:
-        """Trials in the database: pair and repetition."""
-        rows = self._connection.execute(f"SELECT {', '.join(_KEY)} FROM trial")
-        return {(Pair(*row[:2]), row[2]) for row in rows}
+        """Trials in the database: pair and repetition.
+
+        Raises:
+            ModelError: as `trials`.
+        """
+        return {(pair, repetition) for pair, repetition, _ in self.trials()}
 
     def add(self, pair: Pair, repetition: int, record: TrialRecord) -> None:
         """Commit one trial.
 
         Raises:
-            ModelError: if that trial is there already, or the file cannot be written.
+            ModelError: if that trial is there already, cannot be a trial of this campaign, or the
+                file cannot be written.
         """
-        values: dict[str, Any] = {
-            "configuration": self.hash,
-            "state": pair.state,
-            "action": pair.action,
-            "repetition": repetition,
-            "class": pair.number(trial_classes()),
-            "seed": json.dumps([self.content["seed"], *spawn_key(pair, repetition)]),
-            "noise": json.dumps(asdict(record.noise) if record.noise else {}),
-        }
-        values |= {name: getattr(record, name) for name in _PLAIN}
-        for name in _VECTORS:
-            values |= {
-                f"{name}_{axis}": value
-                for axis, value in zip("xyz", getattr(record, name), strict=True)
-            }
-        names, marks = ", ".join(values), ", ".join("?" * len(values))
+        connection = self._connected()
+        row = to_row(self.hash, self.content["seed"], pair, repetition, record)
+        place = f"{self.path}: a trial could not be written"
         try:
-            with self._connection:
-                self._connection.execute(
-                    f"INSERT INTO trial ({names}) VALUES ({marks})", list(values.values())
+            require_row(row, self.hash, self.content["seed"])
+            names, marks = ", ".join(row), ", ".join("?" * len(row))
+            with connection:
+                connection.execute(
+                    f"INSERT INTO trial ({names}) VALUES ({marks})", list(row.values())
                 )
-        except sqlite3.Error as error:
-            raise ModelError(f"{self.path}: a trial could not be written ({error})") from error
+        except (sqlite3.Error, ModelError) as error:
+            raise ModelError(f"{place} ({error})") from error
 
     def copy(self, path: Path) -> None:
         """Write a compact copy of the database as it is now, in one file.
@@ -239,38 +219,67 @@ class TrialDatabase:
             ModelError: if it cannot be written.
         """
         try:
-            self._connection.execute("VACUUM INTO ?", (str(path),))
+            self._connected().execute("VACUUM INTO ?", (str(path),))
         except sqlite3.Error as error:
             raise ModelError(f"{path}: a copy could not be written ({error})") from error
 
     def trials(self) -> Iterator[Trial]:
-        """Every trial, in the order of its pair and repetition."""
-        vectors = [f"{name}_{axis}" for name in _VECTORS for axis in "xyz"]
-        rows = self._connection.execute(
-            f"SELECT {', '.join((*_KEY, *_PLAIN, *vectors, 'noise'))} FROM trial "
-            f"ORDER BY {', '.join(_KEY)}"
-        )
-        for row in rows:
-            plain = dict(zip(_PLAIN, row[len(_KEY) :], strict=False))
-            plain["outcome"] = Outcome(plain["outcome"])
-            values, noise = row[len(_KEY) + len(_PLAIN) : -1], json.loads(row[-1])
-            record = TrialRecord(
-                **plain,
-                turn=values[:3],
-                displacement=values[3:],
-                noise=Noise(**noise) if noise else None,
+        """Every trial, in the order of its pair and repetition.
+
+        Raises:
+            ModelError: if a row cannot be a trial of this campaign, or its digest is not its own;
+                names the row and the column.
+        """
+        with self._reading():
+            rows = self._connected().execute(
+                f"SELECT rowid, * FROM trial ORDER BY {', '.join(KEY)}"
             )
-            yield Trial(Pair(*row[:2]), row[2], record)
+            names = [column[0] for column in rows.description][1:]
+            for number, *values in rows:
+                row = dict(zip(names, values, strict=True))
+                try:
+                    require_row(row, self.hash, self.content["seed"])
+                except ModelError as error:
+                    place = f"{self.path}: table 'trial': row {number}"
+                    raise ModelError(f"{place}: {error}") from None
+                yield to_trial(row)
+
+
+def _campaign_content(text: str, path: Path) -> dict[str, Any]:
+    """A campaign's settings out of its stored text, whose names may be of another release.
+
+    Raises:
+        ModelError: if they are no campaign's.
+    """
+    place = f"{path}: table 'configuration': column 'content'"
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ModelError(f"{place}: no JSON ({error})") from error
+    kinds = {
+        **{"trial": dict, "seed": int, "description": str, "drake": str},
+        **{"rig": str, "reachability_map": str},
+    }
+    for name, kind in kinds.items():
+        value = content.get(name) if isinstance(content, dict) else None
+        if type(value) is not kind:
+            raise ModelError(f"{place}: {name!r} is {value!r:.40}; wanted {kind.__name__}")
+    if content["seed"] < 0 or content["rig"] not in (FLOATING, ARM):
+        raise ModelError(
+            f"{place}: seed {content['seed']}, rig {content['rig']!r}; wanted 0 or more, and "
+            f"{FLOATING} or {ARM}"
+        )
+    return content
 
 
 def _read_only(path: Path) -> str:
-    """URI of a file that may lie where nothing can be written, not even SQLite's own aids."""
-    immutable = "" if os.access(path.parent, os.W_OK) else "&immutable=1"
-    return f"{path.absolute().as_uri()}?mode=ro{immutable}"
+    """URI of a file that may lie where nothing can be written, not even SQLite's own aids.
 
-
-def _columns(database: sqlite3.Connection, table: str) -> set[str]:
-    return {row[1] for row in database.execute(f"PRAGMA table_info({table})")}
+    What a killed writer left in a log beside it counts; then SQLite needs them.
+    """
+    log = path.with_name(f"{path.name}-wal")
+    alone = not os.access(path.parent, os.W_OK) and not (log.exists() and log.stat().st_size)
+    return f"{path.absolute().as_uri()}?mode=ro{'&immutable=1' if alone else ''}"
 
 
 def _flat(content: dict[str, Any]) -> dict[str, Any]:
@@ -278,3 +287,7 @@ def _flat(content: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in content.items() if name != "trial"} | content.get(
         "trial", {}
     )
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()

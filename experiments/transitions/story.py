@@ -3,7 +3,8 @@
 ``run`` fills the trial database (kill it at any moment; the same command goes on),
 ``status`` shows its coverage and what the trials tell of the physics, ``export`` turns it into the
 task data that `irl` learns from. ``validate``, ``rules``, ``sensitivity`` and ``releases`` tell how
-far to trust it (`experiments.transitions.checks`).
+far to trust it (`experiments.transitions.checks`), ``drift`` what other releases of Drake make of
+the same trials (`experiments.transitions.drift`).
 """
 
 from collections.abc import Callable
@@ -34,6 +35,7 @@ from experiments.transitions.checks import (
     validate,
 )
 from experiments.transitions.coverage import coverage_by_gripper, plot_coverage, print_coverage
+from experiments.transitions.drift import Drift, drift
 from experiments.transitions.export import save_tables, task_data
 from experiments.transitions.memory import print_two_turns, two_turns
 from experiments.transitions.options import Running, floating_campaign
@@ -103,13 +105,15 @@ Config = (
     | Annotated[Rules, tyro.conf.subcommand("rules")]
     | Annotated[Sensitivity, tyro.conf.subcommand("sensitivity")]
     | Annotated[Releases, tyro.conf.subcommand("releases")]
+    | Annotated[Drift, tyro.conf.subcommand("drift")]
 )
-Check = Validate | Rules | Sensitivity | Releases
+Check = Validate | Rules | Sensitivity | Releases | Drift
 CHECKS: dict[type, Callable[..., dict[str, Any]]] = {
     Validate: validate,
     Rules: rules,
     Sensitivity: sensitivity,
     Releases: releases,
+    Drift: drift,
 }
 
 

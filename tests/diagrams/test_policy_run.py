@@ -1,5 +1,6 @@
 import re
 from base64 import b64decode
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from diagrams.camera import StillCamera
 from diagrams.policy_controller import Verdict
 from diagrams.policy_run import PolicyRun, start_pose
 from experiments.kit.shipped_data import load_planner
+from models.motion.planner import Grip, Move
+from models.scenes.planning_scene import HOME
 from models.task.discretise import nearest_orientation
 from models.task.spaces import GOAL_POSITION, GOAL_STATE, N_STATES, POSITIONS, Action, Kind, State
 
@@ -54,6 +57,16 @@ def test_the_policys_own_commands_are_within_the_arms_limits(played):
     assert loads.torque.argmax() == 1
     assert loads.torque[1] > 0.4
     assert 1e-5 < loads.tracking_error.max() < 5e-3
+
+
+def test_an_episode_says_how_each_action_was_carried_out(played):
+    grasp, carry, drop = played.plans
+    assert [type(part) for part in grasp] == [Move, Grip, Move]
+    assert [type(part) for part in (*carry, *drop)] == [Move, Grip, Move]
+    moves = [part for plan in played.plans for part in plan if isinstance(part, Move)]
+    assert np.allclose(moves[0].waypoints[0], HOME) and np.allclose(moves[-1].waypoints[-1], HOME)
+    for before, after in pairwise(moves):
+        assert np.allclose(before.waypoints[-1], after.waypoints[0], atol=1e-9)
 
 
 def test_pictures_show_the_cube_where_it_is(played):

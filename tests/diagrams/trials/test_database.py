@@ -1,3 +1,4 @@
+import hashlib
 import json
 import sqlite3
 from contextlib import closing
@@ -7,6 +8,7 @@ import pytest
 
 from diagrams.trials.database import Campaign, TrialDatabase
 from diagrams.trials.record import Noise, Outcome, Pair, TrialConfig, TrialRecord, spawn_key
+from experiments.kit.shipped_data import SHIPPED_TRIALS
 from irl.errors import InputError
 from models.errors import ModelError
 from models.task.trial_classes import trial_classes
@@ -15,7 +17,13 @@ CAMPAIGN = Campaign(TrialConfig(), seed=0, description="d", drake="1")
 PAIR = Pair(9000, 54)
 NOISE = Noise(0.1, 0.0, 1 / 3, 0.0, 0.0, 0.0, 0.8, 0.1)
 RECORD = TrialRecord(
-    Outcome.FREE, turn=(0.1, 0.2, 1 / 3), displacement=(1e-3, 0.0, -0.03), noise=NOISE, draws=2
+    Outcome.FREE,
+    next_state=48,
+    turn=(0.1, 0.2, 1 / 3),
+    displacement=(1e-3, 0.0, -0.03),
+    drift=1e-3,
+    noise=NOISE,
+    draws=2,
 )
 
 
@@ -101,7 +109,7 @@ def test_tables_of_another_version_are_refused(tmp_path, campaign):
     connection = sqlite3.connect(tmp_path / "t.db")
     connection.execute("PRAGMA user_version = 1")
     connection.close()
-    with pytest.raises(ModelError, match=r"t\.db: schema version 1; supported: 2"):
+    with pytest.raises(ModelError, match=r"t\.db: schema version 1; supported: 2, 3"):
         TrialDatabase(tmp_path / "t.db", campaign)
 
 
@@ -119,3 +127,63 @@ def test_what_is_not_a_database_is_refused(tmp_path, content):
         (tmp_path / "t.db").write_bytes(content)
     with pytest.raises(ModelError, match=r"t\.db"):
         TrialDatabase(tmp_path / "t.db")
+
+
+def test_a_second_writer_is_told_so_and_a_reader_is_not(tmp_path):
+    first = TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    with pytest.raises(ModelError, match=r"t\.db: another process is writing there"):
+        TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    first.add(PAIR, 0, RECORD)
+    assert len(list(TrialDatabase(tmp_path / "t.db").trials())) == 1
+    first.close()
+    TrialDatabase(tmp_path / "t.db", CAMPAIGN).close()
+    assert [path.name for path in tmp_path.iterdir()] == ["t.db"]
+
+
+def test_a_database_without_digests_is_read_as_it_is_but_not_added_to(tmp_path):
+    before = SHIPPED_TRIALS.read_bytes()
+    (tmp_path / "t.db").write_bytes(before)
+    old = TrialDatabase(tmp_path / "t.db")
+    assert len(list(old.trials())) == 3476 and old.content["seed"] == 0
+    old.close()
+    with pytest.raises(ModelError, match="schema version 2 is read, but not added to"):
+        TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    assert (tmp_path / "t.db").read_bytes() == before
+
+
+def test_a_digest_seals_all_that_a_row_says(tmp_path):
+    with closing(TrialDatabase(tmp_path / "t.db", CAMPAIGN)) as database:
+        database.add(PAIR, 4, RECORD)
+    connection = sqlite3.connect(tmp_path / "t.db")
+    connection.row_factory = sqlite3.Row
+    row = dict(connection.execute("SELECT * FROM trial").fetchone())
+    # Computed here by hand: names in order, numbers as JSON writes them.
+    digest = row.pop("digest")
+    said = ", ".join(f"{json.dumps(name)}: {json.dumps(row[name])}" for name in sorted(row))
+    assert digest == hashlib.sha256(f"{{{said}}}".encode()).hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "column"),
+    [
+        ({"next_state": -1}, "next_state"),
+        ({"outcome": Outcome.HELD}, "next_state"),
+        ({"drift": 0.5}, "drift"),
+        ({"speed": float("nan")}, "speed"),
+        ({"turn": (3.0, 3.0, 0.0)}, "turn_x"),
+        ({"fault": "it gave up"}, "fault"),
+        ({"noise": replace(NOISE, mass=0.0)}, "noise"),
+    ],
+)
+def test_what_could_not_be_read_again_is_not_written(tmp_path, wrong, column):
+    database = TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    with pytest.raises(ModelError, match=f"could not be written .*column '{column}'"):
+        database.add(PAIR, 0, replace(RECORD, **wrong))
+    assert database.done() == set()
+
+
+def test_a_log_in_a_folder_that_cannot_be_written_is_not_passed_over(tmp_path, monkeypatch):
+    database = TrialDatabase(tmp_path / "t.db", CAMPAIGN)
+    database.add(PAIR, 0, RECORD)  # in the log so far, not in the file
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert len(list(TrialDatabase(tmp_path / "t.db").trials())) == 1

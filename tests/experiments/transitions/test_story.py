@@ -25,7 +25,7 @@ from experiments.transitions.export import save_tables, task_data
 from irl.errors import InputError
 from irl.task_data import load_task, save_task
 from models.errors import ModelError
-from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Kind, decode_actions
+from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_FREE, N_STATES, Kind, decode_actions
 from models.task.trial_classes import trial_classes
 
 # A short course: what is tested is the bookkeeping.
@@ -128,7 +128,8 @@ def exported(tmp_path_factory):
     for number in planned_classes(CLASSES, feasible):
         if CLASSES.kind(number) != Kind.ROTATE:
             held = CLASSES.kind(number) != Kind.DROP
-            database.add(tried(number), 0, TrialRecord("held" if held else "free"))
+            record = TrialRecord("held", N_FREE) if held else TrialRecord("free", 0)
+            database.add(tried(number), 0, record)
     entries = transition_entries(feasible, database.trials(), CLASSES)
     save_task(task_data(database, entries), folder / "task")
     save_tables(entries, Output(folder / "out", None))

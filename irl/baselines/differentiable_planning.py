@@ -19,11 +19,14 @@ from irl.choices import Limits, Settings, check_range
 from irl.errors import InputError
 from irl.groups import Groups
 from irl.mdp import TransitionModel
+from irl.onward import LARGEST, Onward
 
 _SWEEPS = 5  # plain sweeps between two Newton steps
 _NEWTON = 1e-3  # relative residual of a Newton step
-_NEWTON_STEPS = 100  # more than any search needs; then the sweeps' contraction takes over
+_NEWTON_STEPS = 2000  # more than any search needs; then the sweeps' contraction takes over
 _KRYLOV_STEPS = 300
+_PULL_SWEEPS = 500  # that a Krylov solution may need; then the system is solved again, with care
+_ROUNDING = 1e-15
 
 
 class Maximum(Protocol):
@@ -78,7 +81,9 @@ class SoftMax(Settings):
 
     def slopes(self, q: np.ndarray, v: np.ndarray, groups: Groups) -> np.ndarray:
         """See ``Maximum``."""
-        return np.exp((q - groups.spread(v)) / self.temperature)
+        share = np.exp((q - groups.spread(v)) / self.temperature)
+        # Their sum is off 1 by v's rounding, which 1/(1 − γ) would multiply.
+        return share / groups.spread(groups.sum(share))
 
     def expansion(self, n_actions: int) -> float:
         """See ``Maximum``."""
@@ -122,7 +127,7 @@ class Planner:
 
     Sweeps of value iteration alternate with Newton steps, (I − γ W P) ΔV = residual, which for
     the hard maximum is policy iteration. The sweeps' contraction guarantees the result; the steps
-    make it cheap.
+    make it cheap, at any discount: where a Krylov method does not take them, factors do.
 
     Attributes:
         model: the transition model; V = 0 in states without actions.
@@ -155,6 +160,7 @@ class Planner:
         self.V = np.zeros(self.model.n_states)
         self._reward = np.zeros(self.model.n_states)
         self._warm = np.zeros(self.model.n_states)
+        self._krylov = True
 
     @cached_property
     def _identity(self) -> sparse.csr_matrix:
@@ -189,11 +195,8 @@ class Planner:
                 break
             if round_ < _NEWTON_STEPS:
                 q = self._q(entry, V)
-                residual = self._values(q) - V
-                step, failed = bicgstab(
-                    self._identity - self._onward(q), residual, rtol=_NEWTON, maxiter=_KRYLOV_STEPS
-                )
-                if not failed:
+                step = self._newton(q, self._values(q) - V)
+                if step is not None:
                     V = V + step
         self.V = V
         return reward + self.gamma * V
@@ -207,21 +210,40 @@ class Planner:
         Returns:
             ∂L/∂R, float64 ``[n_states]``.
         """
-        back = self._onward(self._q(self.model.P @ self._reward, self.V)).T.tocsr()
+        q = self._q(self.model.P @ self._reward, self.V)
+        back = self._onward(q, self.gamma).T.tocsr()
         enough = self.tolerance * max(np.abs(g).sum(), np.finfo(float).tiny)
-        mu, _ = bicgstab(
+        mu, failed = bicgstab(
             self._identity - back, g, x0=self._warm, rtol=self.tolerance, maxiter=_KRYLOV_STEPS
         )
         if not np.isfinite(mu).all():
             mu = g.copy()
         # A contraction in the sum of absolute entries finishes what the Krylov method left.
-        while True:
+        for sweep in count():
             after = g + back @ mu
             change, mu = np.abs(after - mu).sum(), after
-            if self._rate * change <= enough * (1 - self._rate):
+            left = self._rate * change
+            if left <= max(enough * (1 - self._rate), _ROUNDING * np.abs(mu).sum()):
                 break
+            if failed or sweep == _PULL_SWEEPS:
+                weight = self._onward(q, 1.0).T.tocsr()
+                exact = Onward(weight, self.gamma, krylov=not failed).solve(g)
+                if exact is not None:
+                    mu = exact
+                    break
+                failed = 0
         self._warm = mu
         return mu
+
+    def _newton(self, q: np.ndarray, residual: np.ndarray) -> np.ndarray | None:
+        """(I − γ W P)⁻¹ residual, nearly; None if that is too much to ask."""
+        if self._krylov:
+            system = self._identity - self._onward(q, self.gamma)
+            step, failed = bicgstab(system, residual, rtol=_NEWTON, maxiter=_KRYLOV_STEPS)
+            if not failed:
+                return step
+            self._krylov = residual.size > LARGEST
+        return Onward(self._onward(q, 1.0), self.gamma, krylov=False).solve(residual)
 
     def _q(self, entry: np.ndarray, V: np.ndarray) -> np.ndarray:
         return entry + self.gamma * (self.model.P @ V)
@@ -231,11 +253,11 @@ class Planner:
         V[self.model.acting] = self.maximum.values(q, self.model.groups)
         return V
 
-    def _onward(self, q: np.ndarray) -> sparse.csr_matrix:
+    def _onward(self, q: np.ndarray, gamma: float) -> sparse.csr_matrix:
         """γ W P at the given values of the pairs, ``[n_states, n_states]``."""
         model = self.model
         v = self._values(q)[model.acting]
-        weight = self.gamma * self.maximum.slopes(q, v, model.groups)
+        weight = gamma * self.maximum.slopes(q, v, model.groups)
         used = np.flatnonzero(weight)
         choice = sparse.csr_matrix(
             (weight[used], (model.pair_state[used], used)), shape=(model.n_states, model.n_pairs)

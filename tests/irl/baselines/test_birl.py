@@ -22,9 +22,9 @@ def test_agrees_with_integration_on_a_grid(chain):
     features = np.array([[0.0, 1.0], [0.0, 1.0], [0.0, 1.0], [1.0, 0.0]])
     shown = Demonstrations.from_pairs([(0, 1), (1, 1), (2, 1), (2, 0)])
     beta, scale = 2.0, 1.5
-    gamma, axis = 0.6, np.linspace(-6, 6, 25)
-    log_p = np.empty((25, 25))
-    policies = np.empty((25, 25, chain.n_pairs))
+    gamma, axis = 0.6, np.linspace(-6, 6, 26)  # without 0, where actions tie at an edge of bins
+    log_p = np.empty((26, 26))
+    policies = np.empty((26, 26, chain.n_pairs))
     for i, a in enumerate(axis):
         for j, b in enumerate(axis):
             Q = value_iteration(chain, features @ [a, b], gamma, tolerance=1e-4)[1][:3]

@@ -1,3 +1,5 @@
+import time
+
 import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
@@ -125,6 +127,40 @@ def test_pull_is_bellman_gradient_iteration_transposed(random_model):
         dV = np.zeros((12, 12))
         np.add.at(dV, model.pair_state, weight[:, None] * dQ)
     np.testing.assert_allclose(planner.pull(g), (np.eye(12) + gamma * dV).T @ g, atol=1e-8)
+
+
+@pytest.mark.parametrize("maximum", [HardMax(), SoftMax(1.0), SoftMax(0.01)])
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_long_future_costs_no_sweeps(maximum, ends):
+    # Along a corridor of 300 states a step in ten fails; the last state ends the run or stays.
+    n, gamma = 300, 1 - 1e-6
+    s = np.arange(n - ends)
+    rows = []
+    for action, to in enumerate((np.maximum(s - 1, 0), np.minimum(s + 1, n - 1))):
+        rows += [(i, action, j, 0.9) for i, j in zip(s, to, strict=True) if i != j]
+        rows += [(i, action, i, 0.1 if i != j else 1.0) for i, j in zip(s, to, strict=True)]
+    state, action, after, p = map(np.array, zip(*rows, strict=True))
+    model = TransitionModel.from_entries(n, 2, state, action, after, p)
+    rng = np.random.default_rng(3)
+    reward, g = rng.normal(size=n), rng.normal(size=n)
+    planner = Planner(model, gamma, maximum)
+    began = time.process_time()
+    f = planner.solve(reward)
+    pull = planner.pull(g)
+    assert time.process_time() - began < 3
+    # Bellman's equation holds, and so does that of the pull, by dense tables.
+    q = model.P @ f
+    V = maximum.values(q, model.groups)
+    scale = np.abs(V).max()
+    assert np.abs(V - planner.V[model.acting]).max() <= 1e-13 * scale
+    onward = np.zeros((n, n))
+    np.add.at(
+        onward,
+        model.pair_state,
+        maximum.slopes(q, V, model.groups)[:, None] * model.P.toarray(),
+    )
+    dense = np.linalg.solve((np.eye(n) - gamma * onward).T, g)
+    np.testing.assert_allclose(pull, dense, atol=1e-6 * np.abs(dense).max())
 
 
 def test_bad_arguments_are_named(chain):

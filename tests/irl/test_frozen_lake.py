@@ -1,0 +1,75 @@
+"""Slippery FrozenLake 8 × 8, forty optimal runs cut where they end, from pairs alone."""
+
+import numpy as np
+import pytest
+
+from irl.demonstrations import Demonstrations
+from irl.gymnasium_interop import from_gymnasium, play
+from irl.methods import learn
+from irl.planning import policy_success, value_iteration
+
+gymnasium = pytest.importorskip("gymnasium")
+
+GAMMA = 0.99
+SLOW = ("max_ent", "deep_max_ent", "linear_mlirl", "bellman_gradient", "birl")
+QUICK = ("planning", "lp", "fa_mlirl")
+
+
+@pytest.fixture(scope="module")
+def lake():
+    env = gymnasium.make("FrozenLake-v1", map_name="8x8", is_slippery=True)
+    world = from_gymnasium(env)
+    goal = np.flatnonzero(env.unwrapped.desc.ravel() == b"G")
+    n = world.model.n_states
+    _, Q = value_iteration(world.model, np.zeros(n), GAMMA, pair_reward=world.pair_reward)
+    return world, goal, Q
+
+
+def runs(world, Q: np.ndarray, seed: int) -> Demonstrations:
+    rng, shown = np.random.default_rng(seed), []
+    for _ in range(40):
+        state, run = int(world.start.argmax()), []
+        while state not in world.terminal:
+            best = np.flatnonzero(Q[state] == Q[state].max())
+            run.append((state, int(rng.choice(best))))
+            state = world.model.sample(*run[-1], rng)
+        shown.append(run)
+    return Demonstrations.from_trajectories(shown)
+
+
+def success(world, goal: np.ndarray, q: np.ndarray) -> float:
+    return float(policy_success(world.model, q.argmax(axis=1), goal, 200) @ world.start)
+
+
+def reaches_the_optimum(lake, name: str, seed: int) -> None:
+    world, goal, Q = lake
+    n = world.model.n_states
+    learnt = learn(
+        name,
+        world.model,
+        runs(world, Q, seed),
+        np.eye(n),
+        gamma=GAMMA,
+        rng=np.random.default_rng(seed),
+    )
+    assert success(world, goal, learnt.q) >= success(world, goal, Q) - 0.02
+
+
+def test_the_optimum_is_what_gymnasium_plays(lake):
+    world, goal, Q = lake
+    env = gymnasium.make("FrozenLake-v1", map_name="8x8", is_slippery=True, max_episode_steps=200)
+    played = play(env, Q.argmax(axis=1), seed=0, episodes=500).success(goal)
+    low, high = played.interval
+    assert low - 0.01 <= success(world, goal, Q) <= high + 0.01
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_quick_methods_reach_the_optimum(lake, name):
+    reaches_the_optimum(lake, name, seed=0)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("name", QUICK + SLOW)
+def test_every_method_reaches_the_optimum_on_every_set(lake, name, seed):
+    reaches_the_optimum(lake, name, seed)

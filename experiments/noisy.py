@@ -1,7 +1,7 @@
 """Noisy data: runs that contradict each other teach every method, judged in the true world.
 
 A random world, and a demonstrator who mostly errs: it chooses by chance, better actions more
-often, and earns half of what could be earned. The learner gets its runs and nothing else: the
+often, and earns less than half of what could be earned. The learner gets its runs and nothing else: the
 transition model is counted from the same moves, so that a pair never seen is absent and is never
 chosen. What was learnt is worth what it earns in the true world, which allows every action; in a
 state that was never seen nothing was learnt, and any action is taken there, each alike.

@@ -1,10 +1,10 @@
 """Noisy data: runs that contradict each other teach every method, judged in the true world.
 
 A random world, and a demonstrator who mostly errs: it chooses by chance, better actions more
-often, and earns half of what could be earned. The learner gets its runs and nothing else: the
-transition model is counted from the same moves, so that a pair never seen is absent and is never
-chosen. What was learnt is worth what it earns in the true world, which allows every action; in a
-state that was never seen nothing was learnt, and any action is taken there, each alike.
+often, and earns less than half of what could be earned. The learner gets its runs and nothing else:
+the transition model is counted from the same moves, so that a pair never seen is absent and is
+never chosen. What was learnt is worth what it earns in the true world, which allows every action;
+in a state that was never seen nothing was learnt, and any action is taken there, each alike.
 """
 
 from dataclasses import dataclass, field
@@ -147,7 +147,8 @@ def lesson(name: str, world: World, seed: int) -> dict[str, Any]:
     """
     problem = LearningProblem(world.model, np.eye(STATES), gamma=GAMMA)
     rng = np.random.default_rng(seed)
-    note, changed, r_hat = "", None, None
+    note, r_hat = "", None
+    changed: dict[str, Any] | None = None
     if name == "birl":
         posterior = birl(world.model, world.shown, gamma=GAMMA, rng=rng)
         _, q = value_iteration(world.model, posterior.reward, GAMMA)
@@ -159,7 +160,7 @@ def lesson(name: str, world: World, seed: int) -> dict[str, Any]:
         learnt = learn(name, problem, world.shown, rng=rng)
         if learnt.lower:
             note, changed = learnt.note, dict(learnt.lower)
-            learnt = learn(name, problem, world.shown, rng=rng, **learnt.lower)
+            learnt = learn(name, problem, world.shown, rng=rng, **changed)
         q, note = learnt.q, note or learnt.note
     share = world.share(Policy.from_q(q, world.model.mask).action)
     return {"share": share, "note": note, "changed": changed, "r_hat": r_hat}
@@ -190,11 +191,13 @@ def draw(figure: "Figure", rows: list[dict[str, Any]], references: dict[str, lis
     names = [NAMES.get(row["method"], "active FA-MLIRL, not asking") for row in rows]
     styles = {"demonstrator": ("#ca0020", "--"), "chance": ("#7f7f7f", ":")}
     for name, (colour, style) in styles.items():
-        axes.axvline(np.mean(references[name]), color=colour, ls=style, lw=1.2, label=name)
+        axes.axvline(float(np.mean(references[name])), color=colour, ls=style, lw=1.2, label=name)
     axes.axvline(1.0, color="k", lw=1.2, label="optimum")
     for k, row in enumerate(rows):
-        label = {"label": "what was learnt, a dot a seed"} if k == 0 else {}
-        axes.plot(row["share"], [k] * len(row["share"]), "o", color="#2166ac", alpha=0.6, **label)
+        label = "what was learnt, a dot a seed" if k == 0 else None
+        axes.plot(
+            row["share"], [k] * len(row["share"]), "o", color="#2166ac", alpha=0.6, label=label
+        )
     axes.set_yticks(range(len(rows)), names)
     axes.invert_yaxis()
     axes.set(xlim=(0, 1.05), xlabel="value in the true world, share of the optimal value")

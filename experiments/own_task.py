@@ -183,7 +183,10 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     its values (3.18), which the demonstrations tie to the old paces.
     """
     save_task(workshop(), output.folder / "task")
-    task, changed = load_task(output.folder / "task"), workshop(**BRITTLE)
+    task, changed = (
+        load_task(output.folder / "task"),
+        workshop(fast=BRITTLE["fast"], slow=BRITTLE["slow"]),
+    )
     model, goal, starts = task.model, task.goal_states, task.start_states
 
     # Whoever knows the task: a person, a recording (task.demonstrations), or an oracle as here.

@@ -167,7 +167,8 @@ def _walk(
     It begins at ``start``, or else anywhere in that shape about the summit that a climb from a draw
     of the prior leads to: chains that find different summits do not agree.
     """
-    foot = rng.normal(0.0, config.prior_scale, phi.shape[1]) if start is None else start
+    size = (phi.shape[1],)
+    foot = rng.normal(0.0, config.prior_scale, size) if start is None else start
     shape = posterior_shape(likelihood, phi, labels, config.prior_scale, foot)
 
     def density(z: np.ndarray) -> tuple[float, tuple[np.ndarray, float, np.ndarray]]:
@@ -178,7 +179,7 @@ def _walk(
         prior = omega @ omega / (2 * config.prior_scale**2)
         return value - prior + z @ z / 2, (omega, value, f)
 
-    begin = rng.standard_normal(phi.shape[1]) if start is None else shape.coordinates(start)
+    begin = rng.standard_normal(size) if start is None else shape.coordinates(start)
     return crank_nicolson(density, begin, 1.0, rng, config.burn_in)
 
 

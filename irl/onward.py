@@ -93,7 +93,7 @@ class Onward:
         return (sparse.identity(self.W.shape[0], format="csr") - self.gamma * self.W).tocsr()
 
     @cached_property
-    def _factors(self):  # type: ignore[no-untyped-def] # SciPy does not name the type
+    def _factors(self):  # SciPy does not name the type
         factors = splu(self._system.tocsc())
         self.work += 10 * factors.nnz
         return factors

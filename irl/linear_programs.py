@@ -4,6 +4,7 @@
 counted under the reward's own optimal values, in which unlabelled states are planned for.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from irl.advice import Advice
 from irl.baselines.linear_programming import largest_l1, lp, margins
 from irl.baselines.lp_advice import TrustConfig, lp_advice
 from irl.baselines.lp_basis import lp_basis
-from irl.baselines.lp_bumps import lp_bumps
+from irl.baselines.lp_bumps import ENOUGH, lp_bumps
 from irl.mdp import TransitionModel
-from irl.method_inputs import Found, Inputs, labelled_policy, walk_ends, walks
+from irl.method_inputs import Count, Found, Inputs, labelled_policy, walk_ends, walks
 from irl.planning import value_iteration
 
 
@@ -24,21 +25,28 @@ def largest_margins(given: Inputs, slack: float = 0.01, l1: float = 1.0, **optio
     policy = labelled_policy(model, given.demonstrations)
     reward = lp(model, policy, gamma, slack=slack, l1=l1, **options)
     if reward.any():
-        return _with_margins(given, policy, reward)
+        return replace(_with_margins(given, policy, reward), converged=True)
     most = largest_l1(model, policy, gamma)
     if most == 0:
-        return Found(reward, note=_no_margin(model, policy))
+        return Found(reward, converged=True, note=_no_margin(model, policy))
     lower = {"l1": most / 2}
     note = f"no preference: R = 0 is best at l1 = {l1:g}; lower l1 below {most:.4g}"
-    return Found(reward, note=note, lower=lower)
+    return Found(reward, converged=True, note=note, lower=lower)
 
 
 def with_advice(given: Inputs, **options: Any) -> Found:
     """Fit by (3.9); options as `TrustConfig`."""
     advice = given.advice or Advice.none(given.model.n_states, given.model.n_actions)
-    config = TrustConfig(**options)
-    reward = lp_advice(given.model, given.demonstrations, advice, gamma=given.gamma, config=config)
-    return Found(reward)
+    config, count = TrustConfig(**options), Count(given.progress)
+    reward = lp_advice(
+        given.model,
+        given.demonstrations,
+        advice,
+        gamma=given.gamma,
+        config=config,
+        callback=count,
+    )
+    return Found(reward, iterations=count.done, converged=count.done < config.rounds)
 
 
 def over_basis(
@@ -47,16 +55,20 @@ def over_basis(
     """Fit by (3.12); ``bumps`` is the largest number of them, other options as `lp_basis`."""
     model, gamma, shown = given.model, given.gamma, given.demonstrations
     policy = labelled_policy(model, shown)
-    q = None
+    q, converged, count = None, True, Count(given.progress)
     if basis is None and model.n_states > bumps and not options:
         ends, features = walk_ends(model, walks(shown)), given.problem.required_features()
-        found = lp_bumps(model, shown, policy, ends, features, gamma=gamma, most=bumps)
-        reward, q = found.reward, found.q
+        found = lp_bumps(
+            model, shown, policy, ends, features, gamma=gamma, most=bumps, callback=count
+        )
+        reward, q, converged = found.reward, found.q, found.explained >= ENOUGH
     else:
         reward, _ = lp_basis(model, policy, basis, gamma=gamma, **options)
     if reward.any():
-        return _with_margins(given, policy, reward, q)
-    return Found(reward, note=_no_margin(model, policy))
+        learnt = _with_margins(given, policy, reward, q)
+    else:
+        learnt = Found(reward, note=_no_margin(model, policy))
+    return replace(learnt, iterations=count.done or None, converged=converged)
 
 
 def _with_margins(

@@ -59,6 +59,20 @@ class Found:
     lower: Mapping[str, float] = field(default_factory=dict)
 
 
+@dataclass
+class Count:
+    """A callback that counts iterations, and passes them on to whoever follows the learning."""
+
+    progress: Progress | None
+    done: int = 0
+
+    def __call__(self, done: int, value: float) -> None:
+        """Note an iteration."""
+        self.done = done
+        if self.progress is not None:
+            self.progress(done, value)
+
+
 def demonstrated(demonstrations: Demonstrations) -> Demonstrations:
     """What was demonstrated, without what follows from it."""
     return demonstrations.select(~demonstrations.generalised)

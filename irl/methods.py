@@ -43,7 +43,7 @@ reward found.
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -66,12 +66,7 @@ from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
-from irl.method_inputs import (
-    Found,
-    Inputs,
-    Progress,
-    demonstrated,
-)
+from irl.method_inputs import Count, Found, Inputs, Progress, demonstrated
 from irl.method_iterations import Iteration, Prepare, planned
 from irl.planning import value_iteration
 from irl.problem import LearningProblem
@@ -86,10 +81,10 @@ class Learnt:
             or excluded; the policy is their argmax.
         reward: float64 ``[n_states]``, earned on entering a state; None if none was learnt.
         seconds: wall time.
-        iterations: evaluations of the objective, or training steps; None for a method that does
-            not count.
+        iterations: evaluations of the objective, training steps, or programs solved; None for a
+            single program.
         converged: whether the method ended where it wanted to; False if the iterations that it
-            was allowed ended it; None if it always takes as many, or does not tell.
+            was allowed ended it; None if it always takes as many.
         note: what else is to be known, in one line: that there is no preference, or that
             demonstrated actions are not the best ones under the reward found.
         lower: with no preference, the options to learn with in place of those that led to it,
@@ -163,10 +158,10 @@ def learn(
         features: ``[n_states, d]``, of a size near 1; used as the table above says.
         gamma: discount factor in [0, 1).
         rng: the only source of chance.
-        options: ``advice``, an ``irl.advice.Advice``; ``progress``, called by methods that climb
-            or train after each iteration, with the number done and the objective's value, which
-            may end the learning by raising; and those of the method itself, in place of its
-            defaults.
+        options: ``advice``, an ``irl.advice.Advice``; ``progress``, called after each iteration
+            with the number done and the objective's value, which may end the learning by raising
+            (birl tells of rewards kept, lp_advice and the bumps of lp_basis of programs solved; lp
+            is one program); and those of the method itself, in place of its defaults.
 
     Raises:
         InputError: if the name is unknown, features are missing, or an input is invalid.
@@ -213,33 +208,21 @@ def _problem(
 def _counted(
     function: Callable[..., tuple[np.ndarray, Any]], config_type: type[AscentConfig]
 ) -> Callable:
-    """Fit a reward per state by ``function``, which tells a callback of its evaluations."""
+    """Fit a reward per state by ``function``, which tells a callback of its iterations."""
 
     def fit(given: Inputs, **options: Any) -> Found:
-        count, config = 0, config_type(**options)
-
-        def follow(done: int, value: float) -> None:
-            nonlocal count
-            count = done
-            if given.progress is not None:
-                given.progress(done, value)
-
+        count, config = Count(given.progress), config_type(**options)
         reward, _ = function(
-            given.model,
-            given.demonstrations,
-            gamma=given.gamma,
-            config=config,
-            callback=follow,
+            given.model, given.demonstrations, gamma=given.gamma, config=config, callback=count
         )
-        return Found(reward, iterations=count, converged=count < config.max_iterations)
+        return Found(reward, iterations=count.done, converged=count.done < config.max_iterations)
 
     return fit
 
 
 def _max_ent(given: Inputs, **options: Any) -> Found:
-    shown, config = demonstrated(given.demonstrations), RidgeConfig(**options)
-    reward, _ = max_ent(given.model, shown, gamma=given.gamma, config=config)
-    return Found(reward)
+    shown = demonstrated(given.demonstrations)
+    return _counted(max_ent, RidgeConfig)(replace(given, demonstrations=shown), **options)
 
 
 def _deep_max_ent(given: Inputs, **options: Any) -> Found:
@@ -251,6 +234,7 @@ def _deep_max_ent(given: Inputs, **options: Any) -> Found:
         gamma=given.gamma,
         rng=given.rng,
         config=config,
+        callback=given.progress,
     )
     return Found(reward, iterations=config.iterations)
 
@@ -263,6 +247,7 @@ def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any)
         gamma=given.gamma,
         rng=given.rng,
         config=sampling,
+        callback=given.progress,
         **options,
     )
     proposals = sampling.chains * (sampling.burn_in + sampling.samples * sampling.thin)
@@ -274,11 +259,16 @@ def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any)
 
 
 def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
-    config = RidgeConfig(**options)
+    count, config = Count(given.progress), RidgeConfig(**options)
     log_pi, _ = behaviour_cloning(
-        given.model, given.demonstrations, given.problem.features, config=config
+        given.model,
+        given.demonstrations,
+        given.problem.features,
+        config=config,
+        callback=count,
     )
-    return Found(q=log_pi)
+    converged = count.done < config.max_iterations
+    return Found(q=log_pi, iterations=count.done, converged=converged)
 
 
 METHODS: Mapping[str, Method] = {

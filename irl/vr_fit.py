@@ -29,7 +29,8 @@ def likeliest(
 ) -> Found:
     """Fit ``networks`` VR networks, each by ``training``, and keep the likeliest.
 
-    The first begins as the only one would. Progress is told over all of them, one after the other.
+    The first begins as the only one would. Progress is told over all of them, one after the other;
+    what has converged is the one that is kept, and nothing is said of it without a tolerance.
     """
     check_range("networks", networks, 1)
     model = given.model
@@ -43,6 +44,7 @@ def likeliest(
             model, given.gamma, fixed_vr, batch=training.bellman_batch, delta=training.bellman_delta
         )
     best, f, done = -np.inf, np.zeros(model.n_states), 0
+    settled: bool | None = None
 
     def told(iteration: int, value: float) -> None:
         if given.progress is not None:
@@ -58,6 +60,8 @@ def likeliest(
         likelihood, _, _ = problem.value_and_gradient(values[problem.states], run.beta)
         if likelihood > best:
             best, f = likelihood, values
+            settled = run.converged if training.tolerance > 0 else None
     q = model.q_values(f)
     V = np.where(model.mask.any(axis=1), q.max(axis=1), 0.0)
-    return Found(f - given.gamma * V, q, iterations=done)  # the reward by (3.18)
+    reward = f - given.gamma * V  # by (3.18)
+    return Found(reward, q, iterations=done, converged=settled)

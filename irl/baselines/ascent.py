@@ -3,10 +3,11 @@
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 from typing import Annotated
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from irl.choices import Limits, Settings, check_range
 
@@ -163,7 +164,11 @@ def sparse_ascend(
 
 
 def ridge_ascend(
-    objective: Objective, x: np.ndarray, config: RidgeConfig, ftol: float = 0.0
+    objective: Objective,
+    x: np.ndarray,
+    config: RidgeConfig,
+    ftol: float = 0.0,
+    callback: Callback | None = None,
 ) -> np.ndarray:
     """Climb a concave L(x) − l2 |x|² / 2 by L-BFGS.
 
@@ -172,6 +177,8 @@ def ridge_ascend(
         x: where to begin.
         config: l2, and when to end.
         ftol: relative gain of an iteration below which the ascent ends too.
+        callback: told after each iteration, not each evaluation, how many there were, and the
+            value found, the price off.
 
     Returns:
         Where the ascent ended, ``[d]``.
@@ -181,8 +188,14 @@ def ridge_ascend(
         value, gradient = objective(x)
         return config.l2 / 2 * (x @ x) - value, config.l2 * x - gradient
 
+    iterations = count(1)
+
+    def follow(intermediate_result: OptimizeResult) -> None:  # SciPy goes by this name
+        if callback is not None:
+            callback(next(iterations), -float(intermediate_result.fun))
+
     options = {"gtol": config.tolerance, "ftol": ftol, "maxiter": config.max_iterations}
-    return minimize(loss, x, jac=True, method="L-BFGS-B", options=options).x
+    return minimize(loss, x, jac=True, method="L-BFGS-B", options=options, callback=follow).x
 
 
 def _shrink(x: np.ndarray, by: float) -> np.ndarray:

@@ -7,7 +7,7 @@ those are; where they lead plays no part.
 import numpy as np
 from scipy import sparse
 
-from irl.baselines.ascent import RidgeConfig, ridge_ascend
+from irl.baselines.ascent import Callback, RidgeConfig, ridge_ascend
 from irl.baselines.features import Features, state_features
 from irl.choices import check_range
 from irl.demonstrations import Demonstrations
@@ -21,6 +21,7 @@ def behaviour_cloning(
     features: np.ndarray | None = None,
     *,
     config: RidgeConfig | None = None,
+    callback: Callback | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fit π(a | s) ∝ exp(φ(s)·ω_a + b_a) to the demonstrations, each counting the same.
 
@@ -32,6 +33,7 @@ def behaviour_cloning(
             their frequency alone.
         config: the price of (|ω|² + |b|²) / 2 against the mean log-likelihood, above 0, and when
             the fit ends.
+        callback: follows the fit, an iteration at a time.
 
     Returns:
         log π(a | s) ``[n_states, n_actions]``, −∞ where infeasible, and the weights
@@ -52,7 +54,8 @@ def behaviour_cloning(
         value, gradient = value_and_gradient(model, problem, inputs, flat.reshape(shape))
         return value, gradient.ravel()
 
-    weights = ridge_ascend(objective, np.zeros(shape[0] * shape[1]), config).reshape(shape)
+    start = np.zeros(shape[0] * shape[1])
+    weights = ridge_ascend(objective, start, config, callback=callback).reshape(shape)
     score = (inputs @ weights)[model.pair_state, model.pair_action]
     return model.table(model.groups.log_softmax(score)), weights
 

@@ -15,6 +15,7 @@ from typing import Annotated
 
 import numpy as np
 
+from irl.baselines.ascent import Callback
 from irl.baselines.differentiable_planning import Planner
 from irl.baselines.features import Features, state_features
 from irl.baselines.mcmc import Step, crank_nicolson, effective_sample_size, split_r_hat
@@ -109,6 +110,7 @@ def birl(
     rng: np.random.Generator,
     config: SamplingConfig | None = None,
     start: np.ndarray | None = None,
+    callback: Callback | None = None,
 ) -> Posterior:
     """Draw rewards from their posterior.
 
@@ -121,6 +123,8 @@ def birl(
         config: how to draw.
         start: where the chains begin, ``[chains, d]``; if absent, about the summit that a climb
             from a draw of the prior leads to.
+        callback: told after each reward kept how many there are, of all chains together, and the
+            log-likelihood of the last.
 
     Raises:
         InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
@@ -148,6 +152,8 @@ def birl(
                 acceptance[chain] += step.accepted / (config.samples * config.thin)
             weights[chain, sample], likelihoods[chain, sample], f = step.extra
             pi = np.exp(model.groups.log_softmax(config.beta * (model.P @ f)))
+            if callback is not None:
+                callback(chain * config.samples + sample + 1, float(likelihoods[chain, sample]))
             policy += pi / (config.chains * config.samples)
             counts[pairs, np.minimum((pi * config.bins).astype(np.int64), config.bins - 1)] += 1
     reward = phi @ weights.mean(axis=(0, 1))

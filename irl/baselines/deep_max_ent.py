@@ -12,6 +12,7 @@ from typing import Annotated
 import numpy as np
 import torch
 
+from irl.baselines.ascent import Callback
 from irl.baselines.max_ent import FeatureMatching
 from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
@@ -45,6 +46,7 @@ def deep_max_ent(
     gamma: float,
     rng: np.random.Generator,
     config: DeepMaxEntConfig | None = None,
+    callback: Callback | None = None,
 ) -> tuple[np.ndarray, VRFunction]:
     """Train a reward network by Adam, the step decaying linearly to 0.
 
@@ -55,6 +57,7 @@ def deep_max_ent(
         gamma: discount factor in [0, 1).
         rng: draws the initial weights.
         config: the network, and how it is trained.
+        callback: told after each step how many there were, and the objective before it.
 
     Returns:
         R ``[n_states]``, earned on entering a state, and the network, whose output is R / r_max.
@@ -66,8 +69,10 @@ def deep_max_ent(
     problem = RewardNetwork.build(model, demonstrations, features, config, gamma=gamma, rng=rng)
     ascent = Adam(problem.network.parameters, config.weight_decay)
     for k in range(config.iterations):
-        _, gradient = problem.value_and_gradient()
+        value, gradient = problem.value_and_gradient()
         ascent.step(gradient, config.step * (1 - k / config.iterations))
+        if callback is not None:
+            callback(k + 1, value)
     return problem.reward(), problem.network
 
 

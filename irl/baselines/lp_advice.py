@@ -21,6 +21,7 @@ import numpy as np
 from scipy import sparse
 
 from irl.advice import Advice
+from irl.baselines.ascent import Callback
 from irl.baselines.linear_programming import RewardProgram, leads
 from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
@@ -53,6 +54,7 @@ def lp_advice(
     *,
     gamma: float,
     config: TrustConfig | None = None,
+    callback: Callback | None = None,
 ) -> np.ndarray:
     """Find a reward that explains the demonstrations and follows the advice (3.9).
 
@@ -70,6 +72,7 @@ def lp_advice(
         advice: preferred and avoided actions.
         gamma: discount factor in [0, 1).
         config: how far either is trusted, and the program's limits.
+        callback: told after each program how many were solved, and what the last one is worth.
 
     Returns:
         R, float64 ``[n_states]``, earned on entering a state.
@@ -112,11 +115,13 @@ def lp_advice(
     contradicted = (shown >= 0) & advice.avoided[np.arange(model.n_states), shown]
     kept = np.where(contradicted, -1, shown)
     policy = _even_choice(model, kept, advice)
-    for _ in range(config.rounds):
+    for done in range(1, config.rounds + 1):
         program = RewardProgram(
             transition_matrix(model, policy), gamma, config.r_max, rows, extra, lower, least
         )
-        R, _ = program.maximise(program.objective(1.0, weight))
+        R, met = program.maximise(program.objective(1.0, weight))
+        if callback is not None:
+            callback(done, float(weight @ met) - float(np.abs(R).sum()))
         _, Q = value_iteration(model, R, gamma)
         greedy = np.where(np.isfinite(Q).any(axis=1), Q.argmax(axis=1), -1)
         following = np.where(kept >= 0, kept, greedy)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from irl.baselines.ascent import Callback
 from irl.baselines.lp_basis import lp_basis
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -61,6 +62,7 @@ def lp_bumps(
     *,
     gamma: float,
     most: int = 256,
+    callback: Callback | None = None,
 ) -> Bumps:
     """Find the bumps, and the weights under which ``policy`` leads most (3.12).
 
@@ -72,6 +74,7 @@ def lp_bumps(
         features: ``[n_states, d]``, in which bumps are round and distances measured.
         gamma: discount factor in [0, 1).
         most: largest number of bumps, at least 1.
+        callback: told after each program how many were solved, and `explained` of the best.
 
     Raises:
         InputError: if an input is invalid, as ``lp_basis``.
@@ -81,7 +84,7 @@ def lp_bumps(
         raise InputError(f"must be ≥ 1, is {most}", place="bumps")
     shown = np.flatnonzero(policy >= 0)
     found: Bumps | None = None
-    unhelpful, size, before = 0, 0, 0.0
+    unhelpful, size, before, done = 0, 0, 0.0, 0
     can_end = (model.widths == 0).any()
     for bumps, number, width in _candidates(features, ends if ends.size else shown, most):
         if number != size:
@@ -102,6 +105,9 @@ def lp_bumps(
             now = Bumps(R, q, number, width, explained(model, q, demonstrations))
             if found is None or now.explained > found.explained:
                 found = now
+            done += 1
+            if callback is not None:
+                callback(done, found.explained)
             if now.explained >= ENOUGH:
                 return now
             elsewhere = np.eye(model.n_actions)[q.argmax(axis=1)]

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irl.baselines.ascent import RidgeConfig, ridge_ascend
+from irl.baselines.ascent import Callback, RidgeConfig, ridge_ascend
 from irl.baselines.differentiable_planning import SoftMax
 from irl.baselines.features import Features, state_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
@@ -35,6 +35,7 @@ def max_ent(
     *,
     gamma: float,
     config: RidgeConfig | None = None,
+    callback: Callback | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the reward whose soft-optimal behaviour goes where the demonstrations go.
 
@@ -44,6 +45,7 @@ def max_ent(
         features: Φ, ``[n_states, d]``; one indicator per state if absent.
         gamma: discount factor in [0, 1).
         config: the price of |ω|² / 2, and when the ascent ends.
+        callback: follows the ascent, an iteration at a time.
 
     Returns:
         R ``[n_states]``, in units of the demonstrator's temperature, and ω ``[d]``.
@@ -53,7 +55,8 @@ def max_ent(
     """
     problem = FeatureMatching.build(model, demonstrations, features, gamma=gamma)
     start = np.zeros(problem.features.shape[1])
-    weights = ridge_ascend(problem.value_and_gradient, start, config or RidgeConfig())
+    config = config or RidgeConfig()
+    weights = ridge_ascend(problem.value_and_gradient, start, config, callback=callback)
     return problem.features @ weights, weights
 
 

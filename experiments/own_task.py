@@ -22,6 +22,7 @@ import torch
 from tqdm import tqdm
 
 from experiments.kit.command import Output, execute
+from experiments.kit.feature_plots import expected_visits, plot_over_features
 from experiments.kit.method_plots import NAMES, Panel, names_of, plot_methods
 from irl.choices import Limits, Members, Settings
 from irl.collection import demonstrate
@@ -153,6 +154,31 @@ def draw(figure: "Figure", rows: list[dict[str, Any]], ceiling: float, changed: 
     )
 
 
+def draw_states(figure: "Figure", name: str, learnt: Learnt, task: TaskData) -> None:
+    """Draw what a method learnt of every state: reward, value, and how often its policy is there.
+
+    Args:
+        figure: to draw on.
+        name: of the method, which learnt a reward.
+        learnt: by it.
+        task: that it learnt.
+    """
+    assert learnt.reward is not None
+    action = Policy.from_q(learnt.q, task.model.mask).action
+    value = learnt.q.max(axis=1)
+    plot_over_features(
+        figure,
+        task.feature("levels"),
+        {
+            "reward for entering": learnt.reward,
+            "value": np.where(np.isfinite(value), value, np.nan),
+            "discounted visits": expected_visits(task.model, action, task.start_states, task.gamma),
+        },
+        f"What {NAMES[name]} learnt of each state, in units of its own reward",
+        ("share of the batch made", "wear"),
+    )
+
+
 def carried_over(learnt: Learnt, action: np.ndarray, task: TaskData) -> np.ndarray:
     """What is done in another task: the best by the reward learnt, or else what was learnt to do.
 
@@ -199,7 +225,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     unseen = unseen_states(model, starts, shown.state, teacher.terminal)
 
     torch.set_num_threads(1)  # the networks are small
-    rows = []
+    rows, with_reward = [], {}
     for name in tqdm(config.methods, desc="methods", leave=False):
         learnt = learn(
             name,
@@ -222,6 +248,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         )
         if learnt.no_preference:  # any policy would do, and so none says anything
             success = as_good = elsewhere = None
+        elif learnt.reward is not None:
+            with_reward[name] = learnt
         rows.append(
             {
                 "method": name,
@@ -240,6 +268,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     print(interpretation(rows, best, best_changed))
     with output.figure("methods.png") as figure:
         draw(figure, rows, best, best_changed)
+    for name, learnt in list(with_reward.items())[:1]:  # one is enough to see how it is done
+        with output.figure("states.png") as figure:
+            draw_states(figure, name, learnt, task)
     return {
         "states": task.n_states,
         "demonstrated_fraction": shown.demonstrated_fraction(task.n_states),

@@ -45,7 +45,8 @@ def test_the_command_learns_and_leaves_task_and_policies(tmp_path, command):
     done = command("own_task", "--methods", "lp", "behaviour_cloning", "--out", tmp_path / "a")
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "a/result.json").read_text())
-    assert (tmp_path / "a/methods.png").read_bytes().startswith(b"\x89PNG")
+    for picture in ("methods.png", "states.png"):
+        assert (tmp_path / "a" / picture).read_bytes().startswith(b"\x89PNG")
     task = load_task(tmp_path / "a/task")
     assert [row["method"] for row in result["rows"]] == ["lp", "behaviour_cloning"]
     for row in result["rows"]:

@@ -114,7 +114,8 @@ def lp_advice(
 
     contradicted = (shown >= 0) & advice.avoided[np.arange(model.n_states), shown]
     kept = np.where(contradicted, -1, shown)
-    policy = _even_choice(model, kept, advice)
+    left = _left(model, advice)
+    policy = _even_choice(model, kept, left)
     for done in range(1, config.rounds + 1):
         program = RewardProgram(
             transition_matrix(model, policy), gamma, config.r_max, rows, extra, lower, least
@@ -123,7 +124,8 @@ def lp_advice(
         if callback is not None:
             callback(done, float(weight @ met) - float(np.abs(R).sum()))
         _, Q = value_iteration(model, R, gamma)
-        greedy = np.where(np.isfinite(Q).any(axis=1), Q.argmax(axis=1), -1)
+        # With δ = 0 an avoided action may be as good as the best: a* is then another.
+        greedy = np.where(model.widths > 0, np.where(left, Q, -np.inf).argmax(axis=1), -1)
         following = np.where(kept >= 0, kept, greedy)
         if np.array_equal(following, policy):
             break
@@ -131,10 +133,14 @@ def lp_advice(
     return R
 
 
-def _even_choice(model: TransitionModel, kept: np.ndarray, advice: Advice) -> np.ndarray:
-    """Probabilities ``[n_states, n_actions]``: as kept, else even among what is not avoided."""
+def _left(model: TransitionModel, advice: Advice) -> np.ndarray:
+    """Feasible actions that are not avoided ``[n_states, n_actions]``; all, where none is."""
     left = model.mask & ~advice.avoided
-    left = np.where(left.any(axis=1, keepdims=True), left, model.mask)
+    return np.where(left.any(axis=1, keepdims=True), left, model.mask)
+
+
+def _even_choice(model: TransitionModel, kept: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Probabilities ``[n_states, n_actions]``: as kept, else even among what is left."""
     left = np.where(kept[:, None] >= 0, np.arange(model.n_actions) == kept[:, None], left)
     return left / np.maximum(left.sum(axis=1, keepdims=True), 1)
 

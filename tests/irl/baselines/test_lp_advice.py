@@ -150,7 +150,8 @@ def worse_actions(grid, true_reward) -> Advice:
 def test_recovers_the_grid(grid, optimal_walks, worse_actions, share_of_optimum):
     R = lp_advice(grid.model, optimal_walks, worse_actions, gamma=GAMMA)
     _, Q = value_iteration(grid.model, R, GAMMA)
-    assert share_of_optimum(Q.argmax(axis=1)).min() >= 0.99
+    # (3.9) with δ = 0 lets an avoided action tie with the best: it is not to be taken then.
+    assert share_of_optimum(worse_actions.apply(Q, grid.model.mask).argmax(axis=1)).min() >= 0.99
 
 
 def test_advice_makes_up_for_bad_demonstrations(

@@ -35,7 +35,7 @@ def test_no_step_of_a_simulation_calls_python(rig):
     scene = TrialScene(rig, R_WG[10], friction=0.8, mass=0.1)
     p_WG = np.array([*COLUMN, REST_HEIGHT])
     scene.start(p_WG, gripper.MAX_OPENING, RigidTransform(p_WG))
-    scene.command(p_WG + [0.0, 0.0, 0.03], 0.0)
+    scene.command(np.add(p_WG, [0.0, 0.0, 0.03]), 0.0)
     scene.advance(0.01)
     short, long = (python_calls(lambda s=s: scene.advance(s)) for s in (0.01, 0.1))
     assert long == short

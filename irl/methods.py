@@ -23,6 +23,10 @@ What the methods make of the same arguments:
 | behaviour_cloning | no reward: a softmax of the demonstrated actions | classifier's input |
 | planning | a sparse reward per state, soft planning | unused |
 
+Of features of pairs, ``[n_states, n_actions, d]``, some methods learn a reward of pairs, earned by
+acting: the methods in ``OF_PAIRS``, all linearly, r = Φ ω, but for deep_max_ent's network. What an
+action costs needs it; a reward of states cannot tell. The other methods refuse such features.
+
 Φ of (3.12) is the option ``basis`` if given, one indicator per state on small tasks, and on large
 ones Gaussian bumps over the features, as many, as wide and where the demonstrations ask for them
 (`irl.baselines.lp_bumps`). Action values are optimal for the reward learnt, (3.1)–(3.3).
@@ -79,7 +83,8 @@ class Learnt:
     Attributes:
         q: action values, float64 ``[n_states, n_actions]``, advice included, −∞ where infeasible
             or excluded; the policy is their argmax.
-        reward: float64 ``[n_states]``, earned on entering a state; None if none was learnt.
+        reward: float64 ``[n_states]``, earned on entering a state, or ``[n_states, n_actions]``,
+            earned by acting, 0 where infeasible; None if none was learnt.
         seconds: wall time.
         iterations: evaluations of the objective, training steps, or programs solved; None for a
             single program.
@@ -132,6 +137,8 @@ class Method:
         Raises:
             InputError: if the method does not iterate, or a demonstration is invalid.
         """
+        if given.problem.pair_features is not None:
+            raise InputError("features of pairs are for learn", place="step")
         if self.iterate is None:
             valid = ", ".join(name for name, method in METHODS.items() if method.iterate)
             raise InputError(f"step: this method does not iterate; those that do: {valid}")
@@ -155,7 +162,8 @@ def learn(
         problem: what is known beforehand; or the transition model alone, beside ``features`` and
             ``gamma``.
         demonstrations: labelled pairs.
-        features: ``[n_states, d]``, of a size near 1; used as the table above says.
+        features: ``[n_states, d]``, or of pairs ``[n_states, n_actions, d]``, of a size near 1;
+            used as said above.
         gamma: discount factor in [0, 1).
         rng: the only source of chance.
         options: ``advice``, an ``irl.advice.Advice``; ``progress``, called after each iteration
@@ -164,12 +172,20 @@ def learn(
             is one program); and those of the method itself, in place of its defaults.
 
     Raises:
-        InputError: if the name is unknown, features are missing, or an input is invalid.
+        InputError: if the name is unknown, features are missing or not for this method, or an
+            input is invalid.
     """
     check_choice("method", name, METHODS)
     method, advice = METHODS[name], options.pop("advice", None)
     progress: Progress | None = options.pop("progress", None)
     given = Inputs(_problem(problem, features, gamma), demonstrations, rng, advice, progress)
+    of_pairs = given.problem.pair_features is not None
+    if of_pairs and name not in OF_PAIRS:
+        raise InputError(
+            f"{name} learns no reward of pairs, and features [n_states, n_actions, d] were given",
+            place="method",
+            valid=OF_PAIRS,
+        )
     if not isinstance(demonstrations, Demonstrations):
         raise InputError(
             f"Demonstrations wanted, got {type(demonstrations).__name__}; from runs of states "
@@ -180,6 +196,8 @@ def learn(
     began = time.perf_counter()
     found = method.fit(given, **options)
     q, reward, note = found.q, found.reward, found.note
+    if of_pairs and reward is not None:
+        reward = given.model.table(reward, fill=0.0)
     if reward is not None and not reward.any():
         q = np.where(given.model.mask, 0.0, -np.inf)
         note = note or f"no preference: R = 0{method.penalty and f'; {method.penalty}'}"
@@ -208,12 +226,17 @@ def _problem(
 def _counted(
     function: Callable[..., tuple[np.ndarray, Any]], config_type: type[AscentConfig]
 ) -> Callable:
-    """Fit a reward per state by ``function``, which tells a callback of its iterations."""
+    """Fit by ``function``, which tells a callback of its iterations: a reward per state, or Φ ω."""
 
     def fit(given: Inputs, **options: Any) -> Found:
         count, config = Count(given.progress), config_type(**options)
         reward, _ = function(
-            given.model, given.demonstrations, gamma=given.gamma, config=config, callback=count
+            given.model,
+            given.demonstrations,
+            given.problem.pair_features,
+            gamma=given.gamma,
+            config=config,
+            callback=count,
         )
         return Found(reward, iterations=count.done, converged=count.done < config.max_iterations)
 
@@ -226,11 +249,11 @@ def _max_ent(given: Inputs, **options: Any) -> Found:
 
 
 def _deep_max_ent(given: Inputs, **options: Any) -> Found:
-    config = DeepMaxEntConfig(**options)
+    config, pairs = DeepMaxEntConfig(**options), given.problem.pair_features
     reward, _ = deep_max_ent(
         given.model,
         demonstrated(given.demonstrations),
-        given.problem.required_features(),
+        given.problem.required_features() if pairs is None else pairs,
         gamma=given.gamma,
         rng=given.rng,
         config=config,
@@ -244,6 +267,7 @@ def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any)
     posterior = birl(
         given.model,
         given.demonstrations,
+        given.problem.pair_features,
         gamma=given.gamma,
         rng=given.rng,
         config=sampling,
@@ -293,3 +317,5 @@ METHODS: Mapping[str, Method] = {
         _counted(sparse_planning, SparseConfig), planned(SoftMax()), penalty="lower sparsity"
     ),
 }
+OF_PAIRS = (*("max_ent", "deep_max_ent", "bellman_gradient", "linear_mlirl", "birl", "planning"),)
+"""Methods that learn a reward of pairs from features of pairs."""

@@ -15,7 +15,7 @@ from irl.errors import InputError
 from irl.evaluation import TOLERANCE
 from irl.kept_arrays import read_arrays, write_arrays
 from irl.mdp import TransitionModel
-from irl.planning import pair_rewards, value_iteration
+from irl.planning import value_iteration
 
 if TYPE_CHECKING:  # torch, which files need not wait for
     from irl.methods import Learnt
@@ -89,11 +89,7 @@ class LearntReward:
         Raises:
             InputError: if the model has another number of states or actions.
         """
-        if self.reward.ndim == 1:
-            return value_iteration(model, self.reward, self.gamma, terminal=terminal)[1]
-        nothing = np.zeros(model.n_states)
-        earned = pair_rewards(model, self.reward)
-        return value_iteration(model, nothing, self.gamma, earned, terminal)[1]
+        return value_iteration(model, self.reward, self.gamma, terminal=terminal)[1]
 
 
 @dataclass(frozen=True, eq=False)

@@ -162,10 +162,13 @@ def test_probabilities_of_float32_are_near_enough(table, model):
         ({"state_reward": np.full(N, np.nan)}, "state_reward: finite numbers"),
         (
             {"state_reward": np.zeros(N - 1)},
-            r"state_reward: finite numbers \[5\] wanted, got \[4\]",
+            r"state_reward: finite numbers \[5\] wanted, or of pairs \[5, 3\], got \[4\]",
         ),
-        ({"pair_reward": np.inf}, "pair_reward: finite"),
-        ({"pair_reward": np.zeros(3)}, r"pair_reward: finite numbers \[11\] wanted, got \[3\]"),
+        ({"pair_reward": np.inf}, "pair_reward: one finite"),
+        (
+            {"pair_reward": np.zeros(3)},
+            r"pair_reward: one finite number wanted, or \[11\], got \[3\]",
+        ),
         ({"start": []}, "start: at least one"),
         ({"start": [5]}, "start: must lie in 0…4"),
         ({"start": [0.5, 0.4, 0, 0, 0]}, "start: probabilities that sum to 1"),

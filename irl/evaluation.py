@@ -12,7 +12,7 @@ from scipy.sparse.linalg import bicgstab, spsolve
 
 from irl.choices import check_range
 from irl.errors import InputError
-from irl.integers import integers
+from irl.integers import integers, unmasked
 from irl.mdp import TransitionModel
 from irl.planning import earned_by_acting, transition_matrix, value_iteration
 
@@ -38,7 +38,7 @@ def check_policy(model: TransitionModel, policy: np.ndarray, acting: np.ndarray)
         InputError: if the shape is another, or in a state that acts nothing is done, something that
             is not feasible, or probabilities are negative or don't sum to 1; names the state.
     """
-    policy = np.asarray(policy)
+    policy = unmasked(policy, "policy")
     states = np.flatnonzero(acting)
     if policy.ndim != 2:
         actions = integers(policy, "policy: actions", low=-1, below=model.n_actions)
@@ -114,7 +114,10 @@ def policy_value(
     P = transition_matrix(model, policy)
     reward: NDArray[np.float64] = np.zeros(model.n_states)
     np.add.at(reward, model.pair_state, weight * earned)
-    return _solved(sparse.identity(model.n_states, format="csr") - gamma * P, reward)
+    value = _solved(sparse.identity(model.n_states, format="csr") - gamma * P, reward)
+    if not np.isfinite(value).all():
+        raise InputError(f"too large for γ = {gamma}: values overflow", place="state_reward")
+    return value
 
 
 def regret(

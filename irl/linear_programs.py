@@ -14,6 +14,7 @@ from irl.baselines.linear_programming import largest_l1, lp, margins
 from irl.baselines.lp_advice import TrustConfig, lp_advice
 from irl.baselines.lp_basis import lp_basis
 from irl.baselines.lp_bumps import ENOUGH, lp_bumps
+from irl.choices import check_number
 from irl.mdp import TransitionModel
 from irl.method_inputs import Count, Found, Inputs, labelled_policy, walk_ends, walks
 from irl.planning import value_iteration
@@ -68,6 +69,7 @@ def over_basis(
 
     Bumps are chosen by how well they explain, and do without ``slack``.
     """
+    check_number("bumps", bumps, whole=True)
     model, gamma, shown = given.model, given.gamma, given.demonstrations
     policy = labelled_policy(model, shown)
     q, converged, count = None, True, Count(given.progress)

@@ -53,6 +53,7 @@ from typing import Any
 import numpy as np
 
 from irl import linear_programs, method_iterations, vr_fit
+from irl.advice import Advice
 from irl.baselines.ascent import AscentConfig, RidgeConfig
 from irl.baselines.behaviour_cloning import behaviour_cloning
 from irl.baselines.bellman_gradient import (
@@ -64,13 +65,16 @@ from irl.baselines.birl import R_HAT, SamplingConfig, birl
 from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
 from irl.baselines.differentiable_planning import HardMax, SoftMax
 from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
+from irl.baselines.linear_programming import lp
+from irl.baselines.lp_advice import TrustConfig
+from irl.baselines.lp_basis import lp_basis
 from irl.baselines.max_ent import max_ent
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
-from irl.method_inputs import Count, Found, Inputs, Progress, demonstrated
+from irl.method_inputs import Count, Found, Inputs, Progress, demonstrated, option_names
 from irl.method_iterations import Iteration, Prepare, planned
 from irl.planning import value_iteration
 from irl.problem import LearningProblem
@@ -116,12 +120,14 @@ class Method:
 
     Attributes:
         fit: from what it is given and its own options to what it found.
+        takes: what takes its options: functions, or classes of settings.
         iterate: prepares iterations to be taken one by one; None for a method that has none.
         takes_advice: whether the method uses the advice itself.
         penalty: what to change if the reward is 0 everywhere, as a user would be told.
     """
 
     fit: Callable[..., Found]
+    takes: tuple[Callable[..., Any], ...]
     iterate: Prepare | None = None
     takes_advice: bool = False
     penalty: str = ""
@@ -192,12 +198,20 @@ def learn(
             "without actions learns irl.state_only.learn_from_states",
             place="demonstrations",
         )
+    if not isinstance(rng, np.random.Generator):
+        raise InputError("numpy.random.default_rng(seed) wanted", place="rng")
+    if not isinstance(advice, Advice | None):
+        raise InputError(f"Advice wanted, got {type(advice).__name__}", place="advice")
+    for option in options:
+        check_choice(f"{name}: option", option, option_names(*method.takes))
     demonstrations.check(given.model, "demonstrations")
     began = time.perf_counter()
     found = method.fit(given, **options)
     q, reward, note = found.q, found.reward, found.note
     if of_pairs and reward is not None:
         reward = given.model.table(reward, fill=0.0)
+    if not note and not (given.model.widths[demonstrations.state] > 1).any():
+        note = "no preference: no demonstrated state offers a choice of actions"
     if reward is not None and not reward.any():
         q = np.where(given.model.mask, 0.0, -np.inf)
         note = note or f"no preference: R = 0{method.penalty and f'; {method.penalty}'}"
@@ -296,25 +310,32 @@ def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
 
 
 METHODS: Mapping[str, Method] = {
-    "fa_mlirl": Method(vr_fit.likeliest, method_iterations.fa_mlirl),
-    "max_ent": Method(_max_ent, method_iterations.max_ent, penalty="lower l2"),
-    "deep_max_ent": Method(_deep_max_ent, method_iterations.deep_max_ent),
+    "fa_mlirl": Method(vr_fit.likeliest, (vr_fit.likeliest,), method_iterations.fa_mlirl),
+    "max_ent": Method(_max_ent, (RidgeConfig,), method_iterations.max_ent, penalty="lower l2"),
+    "deep_max_ent": Method(_deep_max_ent, (DeepMaxEntConfig,), method_iterations.deep_max_ent),
     "bellman_gradient": Method(
         _counted(linear_mlirl, BellmanGradientConfig),
+        (BellmanGradientConfig,),
         planned(smooth_maximum("soft", SHARPNESS)),
     ),
-    "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), planned(HardMax())),
-    "lp": Method(linear_programs.largest_margins),
+    "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), (MlirlConfig,), planned(HardMax())),
+    "lp": Method(linear_programs.largest_margins, (linear_programs.largest_margins, lp)),
     "lp_advice": Method(
         linear_programs.with_advice,
+        (TrustConfig,),
         takes_advice=True,
         penalty="raise demonstration_trust or advice_trust",
     ),
-    "lp_basis": Method(linear_programs.over_basis),
-    "birl": Method(_birl, method_iterations.birl),
-    "behaviour_cloning": Method(_behaviour_cloning, method_iterations.behaviour_cloning),
+    "lp_basis": Method(linear_programs.over_basis, (linear_programs.over_basis, lp_basis)),
+    "birl": Method(_birl, (_birl, birl), method_iterations.birl),
+    "behaviour_cloning": Method(
+        _behaviour_cloning, (RidgeConfig,), method_iterations.behaviour_cloning
+    ),
     "planning": Method(
-        _counted(sparse_planning, SparseConfig), planned(SoftMax()), penalty="lower sparsity"
+        _counted(sparse_planning, SparseConfig),
+        (SparseConfig,),
+        planned(SoftMax()),
+        penalty="lower sparsity",
     ),
 }
 OF_PAIRS = (*("max_ent", "deep_max_ent", "bellman_gradient", "linear_mlirl", "birl", "planning"),)

@@ -8,6 +8,7 @@ from scipy import sparse
 
 from irl.choices import check_range
 from irl.errors import InputError
+from irl.integers import reals
 from irl.mdp import TransitionModel
 from irl.onward import Onward
 
@@ -51,7 +52,7 @@ def pair_rewards(model: TransitionModel, reward: np.ndarray) -> np.ndarray:
     Raises:
         InputError: if the shape is another, or a reward of a feasible pair is not finite.
     """
-    table = np.asarray(reward, dtype=np.float64)
+    table = reals(reward, "reward")
     n, m = model.n_states, model.n_actions
     state, action = model.pair_state, model.pair_action
     if table.shape == (n,):
@@ -90,7 +91,7 @@ def earned_by_acting(
     Raises:
         InputError: if a reward is not finite or has a wrong shape.
     """
-    table, each = np.asarray(reward, dtype=np.float64), np.asarray(pair_reward, dtype=np.float64)
+    table, each = reals(reward, "state_reward"), reals(pair_reward, "pair_reward")
     if each.shape not in ((), (model.n_pairs,)) or not np.isfinite(each).all():
         raise InputError(
             f"one finite number wanted, or [{model.n_pairs}], got {list(each.shape)}",

@@ -7,6 +7,7 @@ import numpy as np
 
 from irl.errors import InputError
 from irl.files import atomic_path
+from irl.integers import reals, unmasked
 from irl.tensor_file import digest, from_bytes, to_bytes
 
 SCHEMA_VERSION = 1
@@ -62,6 +63,7 @@ class Policy:
         Raises:
             InputError: if shapes differ, or a feasible pair's value is NaN or +∞.
         """
+        q, mask = reals(q, "policy: q"), unmasked(mask, "policy: mask")
         if np.shape(q) != np.shape(mask) or np.ndim(q) != 2:
             raise InputError(f"policy: q {np.shape(q)} and mask {np.shape(mask)} must agree")
         q = np.where(mask, q, -np.inf).astype(np.float64)

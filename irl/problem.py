@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from irl.choices import check_number
 from irl.errors import InputError
-from irl.integers import integers
+from irl.integers import integers, unmasked
 from irl.mdp import TransitionModel
 from irl.preferences import StatePreferences
 from irl.task import TaskData
@@ -68,6 +69,7 @@ class LearningProblem:
     def __post_init__(self) -> None:
         """Fill in the start states, and check every field against the model."""
         n = self.model.n_states
+        check_number("gamma", self.gamma)
         if not 0 <= self.gamma < 1:
             raise InputError(f"must lie in [0, 1), is {self.gamma}", place="gamma")
         if self.features is not None:
@@ -106,7 +108,7 @@ class LearningProblem:
 
 
 def _table(features: np.ndarray, model: TransitionModel) -> np.ndarray:
-    table, n, m = np.asarray(features), model.n_states, model.n_actions
+    table, n, m = unmasked(features, "features"), model.n_states, model.n_actions
     if table.shape[:-1] not in ((n,), (n, m)) or table.dtype.kind not in "fiub":
         raise InputError(
             f"numbers [{n}, d] wanted, or [{n}, {m}, d] of pairs, got {table.dtype} "
@@ -115,6 +117,9 @@ def _table(features: np.ndarray, model: TransitionModel) -> np.ndarray:
         )
     if table.shape[-1] == 0:
         raise InputError("must have at least one column", place="features")
-    if not np.isfinite(table if table.ndim == 2 else table[model.mask]).all():
+    used = table if table.ndim == 2 else table[model.mask]
+    if not np.isfinite(used).all():
         raise InputError("must be finite, hold NaN or infinity", place="features")
+    if np.abs(used).max(initial=0) > np.finfo(np.float32).max:
+        raise InputError("must be of a size near 1, hold what float32 cannot", place="features")
     return table

@@ -20,14 +20,14 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.optimizers import Adam
-from irl.vr_function import Evaluation, VRFunction, torch_generator
+from irl.vr_function import WIDEST, Evaluation, VRFunction, torch_generator
 
 
 @dataclass(frozen=True)
 class DeepMaxEntConfig(Settings):
     """The reward network, and how it is trained."""
 
-    hidden: tuple[int, ...] = (32, 32)
+    hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (32, 32)
     """Widths of the hidden layers."""
     r_max: Annotated[float, Limits(0, open_low=True)] = 10.0
     """Largest |R(s)|, in units of the demonstrator's temperature."""

@@ -180,3 +180,8 @@ def test_rewards_starts_and_discounts_are_checked(model, given, words):
     good = {"state_reward": np.zeros(N), "gamma": GAMMA, "start": [0]}
     with pytest.raises(InputError, match=words):
         expected_value_difference(model, np.zeros(N, int), **(good | given))
+
+
+def test_values_that_no_number_holds_are_refused(model):
+    with pytest.raises(InputError, match=r"state_reward: too large for γ = 0.9"):
+        policy_value(model, np.zeros(N, int), np.full(N, 1.5e308), GAMMA)

@@ -143,6 +143,8 @@ def load_policy(path: Path, task_hash: str | None = None, mask: np.ndarray | Non
             f"{path}: field 'digest' is not that of what the file holds, so it was damaged or "
             "changed; save the policy again"
         )
+    for name in sorted(metadata.keys() - _METADATA):  # such as a digest whose name was damaged
+        raise InputError(f"{path}: metadata field {name!r} is unknown")
     if task_hash is not None and metadata["task_hash"] != task_hash:
         raise InputError(
             f"{path}: field 'task_hash' is {metadata['task_hash'][:12]!r}…, learnt on another "

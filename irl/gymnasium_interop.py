@@ -153,9 +153,9 @@ def play(
         max_steps: where a run is given up; the environment's own time limits count too.
 
     Raises:
-        InputError: if ``episodes`` or ``max_steps`` is below 1, ``seed`` below 0, a space is not discrete, the policy is neither
-            actions nor probabilities, is for another number of states or actions, or has no
-            action in a state it meets.
+        InputError: if ``episodes`` or ``max_steps`` is below 1, ``seed`` below 0, a space is not
+            discrete, the policy is neither actions nor probabilities, is for another number of
+            states or actions, or has no action in a state it meets.
     """
     for name, value, least in (
         ("seed", seed, 0),

@@ -22,7 +22,7 @@ import torch
 from tqdm import tqdm
 
 from experiments.kit.command import Output, execute
-from experiments.kit.feature_plots import expected_visits, plot_over_features
+from experiments.kit.feature_plots import expected_visits, of_states, plot_over_features
 from experiments.kit.method_plots import NAMES, Panel, names_of, plot_methods
 from irl.choices import Limits, Members, Settings
 from irl.collection import demonstrate
@@ -170,7 +170,7 @@ def draw_states(figure: "Figure", name: str, learnt: Learnt, task: TaskData) -> 
         figure,
         task.feature("levels"),
         {
-            "reward for entering": learnt.reward,
+            "reward": of_states(learnt.reward, action),
             "value": np.where(np.isfinite(value), value, np.nan),
             "discounted visits": expected_visits(task.model, action, task.start_states, task.gamma),
         },

@@ -8,7 +8,9 @@ class Config(Settings):
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
 
 from irl.errors import InputError
 
@@ -28,6 +30,18 @@ def check_choice(field: str, value: object, valid: Iterable[str]) -> None:
         raise InputError(f"unknown name {value!r}", place=field, valid=valid)
 
 
+def check_number(field: str, value: Any, *, whole: bool = False) -> None:
+    """Refuse what is no real number, or no whole one.
+
+    Raises:
+        InputError: naming the field and what came.
+    """
+    kind = np.asarray(value).dtype.kind if np.ndim(value) == 0 else "several"
+    if kind not in ("iu" if whole else "fiub"):
+        wanted = "a whole number" if whole else "a number"
+        raise InputError(f"{wanted} wanted, is {value!r}", place=field)
+
+
 def check_range(
     field: str,
     value: float,
@@ -42,6 +56,7 @@ def check_range(
     Raises:
         InputError: if ``value`` is outside, infinite, or not a number.
     """
+    check_number(field, value)
     endless = high == float("inf")
     above = low < value if open_low else low <= value
     below = value < high if open_high or endless else value <= high
@@ -80,16 +95,20 @@ class Limits:
     open_high: bool = False
     some: bool = False
 
-    def check(self, field: str, value: Any) -> None:
-        """Refuse what a field of that name may not hold.
+    def check(self, field: str, value: Any, hint: Any = float) -> None:
+        """Refuse what a field of that name and type may not hold.
 
         Raises:
             InputError: naming the field and what it may be.
         """
         if self.some:
             _check_some(field, value)
-        for number in value if isinstance(value, tuple) else (value,):
+        several = get_origin(hint) is tuple
+        if several and not isinstance(value, (tuple, list)):
+            raise InputError(f"several numbers wanted, is {value!r}", place=field)
+        for number in value if several else (value,):
             if number is not None:
+                check_number(field, number, whole=hint is int or int in get_args(hint))
                 check_range(
                     *(field, number, self.low, self.high),
                     open_low=self.open_low,
@@ -107,7 +126,7 @@ class Members:
 
     valid: tuple[str, ...]
 
-    def check(self, field: str, value: tuple[str, ...]) -> None:
+    def check(self, field: str, value: tuple[str, ...], hint: Any = None) -> None:
         """Refuse what a field of that name may not hold.
 
         Raises:
@@ -132,15 +151,15 @@ class Settings:
         Raises:
             InputError: naming the field and what it may be.
         """
-        for field, limits in _limits(type(self)):  # type: ignore[arg-type]  # hashable it is
-            limits.check(field, getattr(self, field))
+        for field, limits, hint in _limits(type(self)):  # type: ignore[arg-type]  # hashable it is
+            limits.check(field, getattr(self, field), hint)
 
 
 @cache
-def _limits(settings: type) -> tuple[tuple[str, Limits | Members], ...]:
-    """The fields of a class of settings that have limits, with these."""
+def _limits(settings: type) -> tuple[tuple[str, Limits | Members, Any], ...]:
+    """The fields of a class of settings that have limits, with these and their types."""
     return tuple(
-        (field, limits)
+        (field, limits, get_args(hint)[0])
         for field, hint in get_type_hints(settings, include_extras=True).items()
         for limits in getattr(hint, "__metadata__", ())
         if isinstance(limits, (Limits, Members))

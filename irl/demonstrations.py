@@ -83,11 +83,12 @@ class Demonstrations:
         """
         if source not in SOURCES:
             raise InputError(f"no source {source!r}", place="demonstrations", valid=SOURCES)
-        listed = pairs if isinstance(pairs, np.ndarray) else list(pairs)
+        plain = isinstance(pairs, np.ndarray) or not isinstance(pairs, Iterable)
+        listed = pairs if plain else list(pairs)
         table = integers(listed, "demonstrations: (state, action) pairs", columns=2)
         n = len(table)
         return cls(
-            trajectory=np.full(n, trajectory, dtype=np.int64),
+            trajectory=np.repeat(integers([trajectory], "trajectory"), n),
             step=np.arange(n, dtype=np.int64),
             state=table[:, 0],
             action=table[:, 1],

@@ -1,8 +1,8 @@
 """What a policy is worth under a reward that is given, and what it falls short of.
 
 Rewards are given as to ``irl.planning.value_iteration``: a method's reward is earned on entering a
-state; `irl.planning.pair_rewards` makes one for acting from other tables. Values are exact, by a
-linear system, for policies that choose one action and for those that choose by chance.
+state, or by acting; `irl.planning.pair_rewards` makes one for acting from other tables. Values are
+exact, by a linear system, for policies that choose one action and for those that choose by chance.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from scipy.sparse.linalg import bicgstab, spsolve
 
 from irl.choices import check_range
 from irl.errors import InputError
-from irl.integers import integers
+from irl.integers import integers, unmasked
 from irl.mdp import TransitionModel
-from irl.planning import transition_matrix, value_iteration
+from irl.planning import earned_by_acting, transition_matrix, value_iteration
 
 TOLERANCE = 1e-6
 """How far probabilities may be from summing to 1; float32 holds them to about 1e-7."""
@@ -38,7 +38,7 @@ def check_policy(model: TransitionModel, policy: np.ndarray, acting: np.ndarray)
         InputError: if the shape is another, or in a state that acts nothing is done, something that
             is not feasible, or probabilities are negative or don't sum to 1; names the state.
     """
-    policy = np.asarray(policy)
+    policy = unmasked(policy, "policy")
     states = np.flatnonzero(acting)
     if policy.ndim != 2:
         actions = integers(policy, "policy: actions", low=-1, below=model.n_actions)
@@ -88,7 +88,8 @@ def policy_value(
     Args:
         model: the transition model.
         policy: actions, integer ``[n_states]``, or probabilities ``[n_states, n_actions]``.
-        state_reward: R, ``[n_states]``, earned on entering a state.
+        state_reward: R, ``[n_states]``, earned on entering a state, or ``[n_states, n_actions]``,
+            earned by acting.
         gamma: discount factor in [0, 1).
         pair_reward: ``[n_pairs]`` or one number, earned by acting.
         terminal: indices of states where a run ends; a state without actions ends it too.
@@ -101,9 +102,7 @@ def policy_value(
             reward is not finite or has a wrong shape.
     """
     check_range("policy value: gamma", gamma, 0, 1, open_high=True)
-    R = _finite("state_reward", state_reward, model.n_states)
-    each = np.full(model.n_pairs, pair_reward) if np.ndim(pair_reward) == 0 else pair_reward
-    r = _finite("pair_reward", each, model.n_pairs)
+    earned = earned_by_acting(model, state_reward, pair_reward)
     acting = _acting(model, terminal)
     policy = check_policy(model, policy, acting)
     if policy.ndim == 1:
@@ -113,8 +112,12 @@ def policy_value(
         policy = np.where(acting[:, None], policy, 0.0)
         weight = policy[model.pair_state, model.pair_action]
     P = transition_matrix(model, policy)
-    reward = P @ R + np.bincount(model.pair_state, weight * r, minlength=model.n_states)
-    return _solved(sparse.identity(model.n_states, format="csr") - gamma * P, reward)
+    reward: NDArray[np.float64] = np.zeros(model.n_states)
+    np.add.at(reward, model.pair_state, weight * earned)
+    value = _solved(sparse.identity(model.n_states, format="csr") - gamma * P, reward)
+    if not np.isfinite(value).all():
+        raise InputError(f"too large for γ = {gamma}: values overflow", place="state_reward")
+    return value
 
 
 def regret(
@@ -130,7 +133,7 @@ def regret(
     Args:
         model: the transition model.
         policy: as for `policy_value`.
-        state_reward: the true R, ``[n_states]``; so for the other arguments.
+        state_reward: the true R, as for `policy_value`; so for the other arguments.
         gamma: discount factor in [0, 1).
         pair_reward: ``[n_pairs]`` or one number.
         terminal: indices of states where a run ends.
@@ -166,7 +169,7 @@ def expected_value_difference(
     Args:
         model: the transition model.
         policy: what was learnt, as for `policy_value`.
-        state_reward: the true R, ``[n_states]``; so for the other arguments.
+        state_reward: the true R, as for `policy_value`; so for the other arguments.
         gamma: discount factor in [0, 1).
         start: indices ``[k]``, equally likely, or probabilities, float ``[n_states]``.
         pair_reward: ``[n_pairs]`` or one number.

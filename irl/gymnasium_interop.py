@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from irl.choices import check_number, check_range
 from irl.errors import InputError
 from irl.evaluation import TOLERANCE
 from irl.gymnasium_spaces import numbering, table_entries
-from irl.integers import integers
+from irl.integers import integers, reals
 from irl.mdp import TransitionModel
 from irl.metrics import Share
 
@@ -89,7 +90,12 @@ def from_gymnasium(env: "gymnasium.Env") -> TabularWorld:
     world: Any = env.unwrapped
     if not hasattr(world, "P") or not hasattr(world, "initial_state_distrib"):
         raise InputError(f"environment {env}: no table P with an initial_state_distrib to read")
-    start = np.array(world.initial_state_distrib, dtype=np.float64)
+    start = reals(world.initial_state_distrib, f"environment {env}: initial_state_distrib")
+    if start.ndim != 1 or not ((start >= 0).all() and abs(start.sum() - 1) <= TOLERANCE):
+        raise InputError(
+            f"probabilities that sum to 1 wanted, sum to {start.sum():.9g}",
+            place=f"environment {env}: initial_state_distrib",
+        )
     n_states, n_actions = start.size, int(world.action_space.n)
     table = table_entries(world, n_states, n_actions)
     state, action, next_state = (np.array([row[k] for row in table], np.int64) for k in (0, 1, 3))
@@ -147,12 +153,17 @@ def play(
         max_steps: where a run is given up; the environment's own time limits count too.
 
     Raises:
-        InputError: if ``episodes`` is below 1, a space is not discrete, the policy is neither
-            actions nor probabilities, is for another number of states or actions, or has no
-            action in a state it meets.
+        InputError: if ``episodes`` or ``max_steps`` is below 1, ``seed`` below 0, a space is not
+            discrete, the policy is neither actions nor probabilities, is for another number of
+            states or actions, or has no action in a state it meets.
     """
-    if episodes < 1:
-        raise InputError(f"episodes: must be ≥ 1, is {episodes}")
+    for name, value, least in (
+        ("seed", seed, 0),
+        ("episodes", episodes, 1),
+        ("max_steps", max_steps, 1),
+    ):
+        check_number(name, value, whole=True)
+        check_range(name, value, least)
     _, n_states = numbering(env, "observation_space")
     _, n_actions = numbering(env, "action_space")
     choose = _chooser(policy, seed, n_states, n_actions)
@@ -177,7 +188,7 @@ def _chooser(
     if np.ndim(policy) != 2:
         action = integers(policy, "policy: actions", low=-1, below=n_actions)
         return lambda state: int(action[state])
-    table = np.asarray(policy, dtype=np.float64)
+    table = reals(policy, "policy")
     total = table.sum(axis=1)
     wrong = (table < 0).any(axis=1) | ~((np.abs(total - 1) <= TOLERANCE) | (total == 0))
     for state in np.flatnonzero(wrong)[:1]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from irl.errors import InputError
+from irl.integers import integers
 
 
 def numbering(env: Any, name: str) -> tuple[int, int | None]:
@@ -64,14 +65,31 @@ def table_entries(env: Any, n_states: int, n_actions: int) -> list[tuple]:
     actions = [entry[1] for entry in entries] if keyed_actions else []
     action_shift = _counts_from(actions, first_action, n_actions, f"{place}, actions")
     row_shift = state_shift if keyed else 0
-    return [
+    moved = [
         (s - row_shift, a - action_shift, p, t - state_shift, reward, ends)
         for s, a, p, t, reward, ends in entries
     ]
+    for s, a, _, t, reward, _ in moved:
+        if not (0 <= s < n_states and 0 <= a < n_actions and 0 <= t < n_states):
+            raise InputError(
+                f"state {s}, action {a}, next state {t}: states must lie in 0…{n_states - 1}, "
+                f"actions in 0…{n_actions - 1}",
+                place=place,
+            )
+        if not np.isfinite(reward):
+            raise InputError(f"state {s}, action {a}: the reward is {reward}", place=place)
+    told = {entry[0] for entry in moved}
+    for s, a, p, t, _, ends in moved:
+        if p > 0 and not ends and t not in told:
+            raise InputError(
+                f"state {s}, action {a} leads to state {t}, of which nothing is told", place=place
+            )
+    return moved
 
 
 def _rows(table: Any, place: str) -> Iterable[tuple[int, Any]]:
     if isinstance(table, Mapping):
+        integers(list(table), f"{place}: keys")
         return table.items()
     if isinstance(table, (list, tuple, np.ndarray)):
         return enumerate(table)

@@ -1,4 +1,4 @@
-"""Integers that a user gives: taken as they are, or refused; never rounded, reshaped or wrapped."""
+"""Numbers that a user gives: taken as they are, or refused; never rounded, reshaped or wrapped."""
 
 from typing import Any
 
@@ -7,7 +7,39 @@ from numpy.typing import NDArray
 
 from irl.errors import InputError
 
+_REAL = "fiub"
 _KINDS = {"b": "booleans", "f": "floats", "c": "complex numbers", "O": "objects"}
+
+
+def unmasked(values: Any, place: str, wanted: str = "numbers") -> np.ndarray:
+    """An array, or what becomes one, unless a mask leaves some of it out.
+
+    Raises:
+        InputError: if something is masked, of which plain arrays keep what is under the mask; or
+            if no array can be made.
+    """
+    if np.ma.is_masked(values):
+        raise InputError(
+            f"{np.ma.count_masked(values)} entries are masked; leave them out, or give what is "
+            "meant by them: .filled(value)",
+            place=place,
+        )
+    try:
+        return np.asarray(values)
+    except (ValueError, TypeError, OverflowError) as error:  # ragged, or an integer beyond int64
+        raise InputError(f"{wanted} wanted ({error})", place=place) from None
+
+
+def reals(values: Any, place: str) -> NDArray[np.float64]:
+    """Real numbers of any shape, as float64; NaN and infinity are left to the caller.
+
+    Raises:
+        InputError: if the values are no real numbers, or some are masked.
+    """
+    array = unmasked(values, place)
+    if array.dtype.kind not in _REAL:
+        raise InputError(f"real numbers wanted, got {array.dtype} {list(array.shape)}", place=place)
+    return array.astype(np.float64, copy=False)
 
 
 def integers(
@@ -32,10 +64,7 @@ def integers(
     Raises:
         InputError: if the shape is another, the values are not integers, or one is out of range.
     """
-    try:
-        array = np.asarray(values)
-    except (ValueError, TypeError, OverflowError) as error:  # ragged, or an integer beyond int64
-        raise InputError(f"integers wanted ({error})", place=place) from None
+    array = unmasked(values, place, "integers")
     wanted = "[n]" if columns is None else f"[n, {columns}]"
     if array.size == 0 and array.ndim <= (1 if columns is None else 2):
         return np.zeros((0,) if columns is None else (0, columns), dtype)

@@ -9,9 +9,10 @@ demonstrated states enter, so f is asked for nowhere else.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
 
 from irl.checkpoint import fingerprint
 from irl.demonstrations import Demonstrations
@@ -110,6 +111,13 @@ class LikelihoodProblem:
         total = label.sum()
         share = label / total
         return cls(seen, share, seen.groups.sum(share), float(total))
+
+    def of_pairs(self) -> "LikelihoodProblem":
+        """The same in the values of pairs: Q of the rows ``states`` is wanted in place of f."""
+        rows, none = self.seen.rows, np.zeros(0, dtype=np.int64)
+        one = sparse.identity(rows.size, format="csr")
+        seen = replace(self.seen, visible=rows, P=one, pinned=none, pinned_value=np.zeros(0))
+        return replace(self, seen=seen)
 
     @property
     def states(self) -> np.ndarray:

@@ -14,9 +14,15 @@ from irl.baselines.linear_programming import largest_l1, lp, margins
 from irl.baselines.lp_advice import TrustConfig, lp_advice
 from irl.baselines.lp_basis import lp_basis
 from irl.baselines.lp_bumps import ENOUGH, lp_bumps
+from irl.choices import check_number
 from irl.mdp import TransitionModel
 from irl.method_inputs import Count, Found, Inputs, labelled_policy, walk_ends, walks
 from irl.planning import value_iteration
+
+SLACK = 0.05
+"""Share of the optimum of (3.9) and (3.12) that is given up for the smallest margin. The sum of
+margins is often largest where some are 0 or below, and then, be it in the first state of every run,
+an action that leads nowhere is as good as the one demonstrated or better."""
 
 
 def largest_margins(given: Inputs, slack: float = 0.01, l1: float = 1.0, **options: Any) -> Found:
@@ -34,10 +40,10 @@ def largest_margins(given: Inputs, slack: float = 0.01, l1: float = 1.0, **optio
     return Found(reward, converged=True, note=note, lower=lower)
 
 
-def with_advice(given: Inputs, **options: Any) -> Found:
+def with_advice(given: Inputs, slack: float = SLACK, **options: Any) -> Found:
     """Fit by (3.9); options as `TrustConfig`."""
     advice = given.advice or Advice.none(given.model.n_states, given.model.n_actions)
-    config, count = TrustConfig(**options), Count(given.progress)
+    config, count = TrustConfig(slack=slack, **options), Count(given.progress)
     reward = lp_advice(
         given.model,
         given.demonstrations,
@@ -46,13 +52,24 @@ def with_advice(given: Inputs, **options: Any) -> Found:
         config=config,
         callback=count,
     )
-    return Found(reward, iterations=count.done, converged=count.done < config.rounds)
+    learnt = Found(reward)
+    if reward.any() and len(given.demonstrations):
+        learnt = _with_margins(given, labelled_policy(given.model, given.demonstrations), reward)
+    return replace(learnt, iterations=count.done, converged=count.done < config.rounds)
 
 
 def over_basis(
-    given: Inputs, basis: np.ndarray | None = None, bumps: int = 256, **options: Any
+    given: Inputs,
+    basis: np.ndarray | None = None,
+    bumps: int = 256,
+    slack: float = SLACK,
+    **options: Any,
 ) -> Found:
-    """Fit by (3.12); ``bumps`` is the largest number of them, other options as `lp_basis`."""
+    """Fit by (3.12); ``bumps`` is the largest number of them, other options as `lp_basis`.
+
+    Bumps are chosen by how well they explain, and do without ``slack``.
+    """
+    check_number("bumps", bumps, whole=True)
     model, gamma, shown = given.model, given.gamma, given.demonstrations
     policy = labelled_policy(model, shown)
     q, converged, count = None, True, Count(given.progress)
@@ -63,7 +80,7 @@ def over_basis(
         )
         reward, q, converged = found.reward, found.q, found.explained >= ENOUGH
     else:
-        reward, _ = lp_basis(model, policy, basis, gamma=gamma, **options)
+        reward, _ = lp_basis(model, policy, basis, gamma=gamma, slack=slack, **options)
     if reward.any():
         learnt = _with_margins(given, policy, reward, q)
     else:

@@ -10,8 +10,10 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from irl.choices import check_range
 from irl.errors import InputError
 from irl.groups import Groups
+from irl.integers import reals, unmasked
 from irl.pairs import pair_key, split_key
 
 
@@ -52,10 +54,10 @@ class TransitionModel:
         """
         place = "transitions"
         arrays = {
-            "state": np.asarray(state),
-            "action": np.asarray(action),
-            "next_state": np.asarray(next_state),
-            "probability": np.asarray(probability, dtype=np.float64),
+            "state": unmasked(state, f"{place}: field 'state'"),
+            "action": unmasked(action, f"{place}: field 'action'"),
+            "next_state": unmasked(next_state, f"{place}: field 'next_state'"),
+            "probability": reals(probability, f"{place}: field 'probability'"),
         }
         shapes = {name: array.shape for name, array in arrays.items()}
         if len(set(shapes.values())) != 1 or arrays["state"].ndim != 1:
@@ -119,13 +121,14 @@ class TransitionModel:
             P: ``[n_states, n_actions, n_states]``, any numbers; from 0 to 1.
             mask: bool ``[n_states, n_actions]``, the pairs that can be done, all others being left
                 out whatever their rows say; by default those with a row that is not all 0.
-            tolerance: how far a row's sum may be from 1.
+            tolerance: how far a row's sum may be from 1, up to 0.1.
 
         Raises:
             InputError: if a shape is another, an entry is not a probability, a row's sum is off
                 by more than ``tolerance``, or a pair of ``mask`` has no successor; names the pair.
         """
-        table = np.asarray(P)
+        check_range("tolerance", tolerance, 0, 0.1)
+        table = unmasked(P, "transitions")
         square = table.ndim == 3 and table.shape[0] == table.shape[2]
         if not square or table.dtype.kind not in "fiu":
             raise InputError(
@@ -140,7 +143,7 @@ class TransitionModel:
                 f"P[{s}, {a}, {t}] is {table[s, a, t]}, not a probability", place="transitions"
             )
         total = table.sum(axis=2)
-        feasible = total > 0 if mask is None else np.asarray(mask)
+        feasible = total > 0 if mask is None else unmasked(mask, "mask")
         if feasible.shape != total.shape or feasible.dtype != np.bool_:
             raise InputError(
                 f"bool [{n_states}, {n_actions}] wanted, got {feasible.dtype} "

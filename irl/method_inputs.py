@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from inspect import signature
+from typing import Any
 
 import numpy as np
 
@@ -71,6 +73,21 @@ class Count:
         self.done = done
         if self.progress is not None:
             self.progress(done, value)
+
+
+# What a method is given, and no option of it.
+_NO_OPTIONS = frozenset(
+    (
+        *("given", "model", "policy", "demonstrations", "advice", "features", "gamma"),
+        *("rng", "config", "callback", "options"),
+    )
+)
+
+
+def option_names(*takes: Callable[..., Any]) -> tuple[str, ...]:
+    """The options that functions, or classes of settings, take between them, sorted."""
+    names = {name for each in takes for name in signature(each).parameters}
+    return tuple(sorted(names - _NO_OPTIONS))
 
 
 def demonstrated(demonstrations: Demonstrations) -> Demonstrations:

@@ -23,6 +23,10 @@ What the methods make of the same arguments:
 | behaviour_cloning | no reward: a softmax of the demonstrated actions | classifier's input |
 | planning | a sparse reward per state, soft planning | unused |
 
+Of features of pairs, ``[n_states, n_actions, d]``, some methods learn a reward of pairs, earned by
+acting: the methods in ``OF_PAIRS``, all linearly, r = Φ ω, but for deep_max_ent's network. What an
+action costs needs it; a reward of states cannot tell. The other methods refuse such features.
+
 Φ of (3.12) is the option ``basis`` if given, one indicator per state on small tasks, and on large
 ones Gaussian bumps over the features, as many, as wide and where the demonstrations ask for them
 (`irl.baselines.lp_bumps`). Action values are optimal for the reward learnt, (3.1)–(3.3).
@@ -49,6 +53,7 @@ from typing import Any
 import numpy as np
 
 from irl import linear_programs, method_iterations, vr_fit
+from irl.advice import Advice
 from irl.baselines.ascent import AscentConfig, RidgeConfig
 from irl.baselines.behaviour_cloning import behaviour_cloning
 from irl.baselines.bellman_gradient import (
@@ -60,13 +65,16 @@ from irl.baselines.birl import R_HAT, SamplingConfig, birl
 from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
 from irl.baselines.differentiable_planning import HardMax, SoftMax
 from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
+from irl.baselines.linear_programming import lp
+from irl.baselines.lp_advice import TrustConfig
+from irl.baselines.lp_basis import lp_basis
 from irl.baselines.max_ent import max_ent
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
-from irl.method_inputs import Count, Found, Inputs, Progress, demonstrated
+from irl.method_inputs import Count, Found, Inputs, Progress, demonstrated, option_names
 from irl.method_iterations import Iteration, Prepare, planned
 from irl.planning import value_iteration
 from irl.problem import LearningProblem
@@ -79,7 +87,8 @@ class Learnt:
     Attributes:
         q: action values, float64 ``[n_states, n_actions]``, advice included, −∞ where infeasible
             or excluded; the policy is their argmax.
-        reward: float64 ``[n_states]``, earned on entering a state; None if none was learnt.
+        reward: float64 ``[n_states]``, earned on entering a state, or ``[n_states, n_actions]``,
+            earned by acting, 0 where infeasible; None if none was learnt.
         seconds: wall time.
         iterations: evaluations of the objective, training steps, or programs solved; None for a
             single program.
@@ -111,12 +120,14 @@ class Method:
 
     Attributes:
         fit: from what it is given and its own options to what it found.
+        takes: what takes its options: functions, or classes of settings.
         iterate: prepares iterations to be taken one by one; None for a method that has none.
         takes_advice: whether the method uses the advice itself.
         penalty: what to change if the reward is 0 everywhere, as a user would be told.
     """
 
     fit: Callable[..., Found]
+    takes: tuple[Callable[..., Any], ...]
     iterate: Prepare | None = None
     takes_advice: bool = False
     penalty: str = ""
@@ -132,6 +143,8 @@ class Method:
         Raises:
             InputError: if the method does not iterate, or a demonstration is invalid.
         """
+        if given.problem.pair_features is not None:
+            raise InputError("features of pairs are for learn", place="step")
         if self.iterate is None:
             valid = ", ".join(name for name, method in METHODS.items() if method.iterate)
             raise InputError(f"step: this method does not iterate; those that do: {valid}")
@@ -155,7 +168,8 @@ def learn(
         problem: what is known beforehand; or the transition model alone, beside ``features`` and
             ``gamma``.
         demonstrations: labelled pairs.
-        features: ``[n_states, d]``, of a size near 1; used as the table above says.
+        features: ``[n_states, d]``, or of pairs ``[n_states, n_actions, d]``, of a size near 1;
+            used as said above.
         gamma: discount factor in [0, 1).
         rng: the only source of chance.
         options: ``advice``, an ``irl.advice.Advice``; ``progress``, called after each iteration
@@ -164,22 +178,40 @@ def learn(
             is one program); and those of the method itself, in place of its defaults.
 
     Raises:
-        InputError: if the name is unknown, features are missing, or an input is invalid.
+        InputError: if the name is unknown, features are missing or not for this method, or an
+            input is invalid.
     """
     check_choice("method", name, METHODS)
     method, advice = METHODS[name], options.pop("advice", None)
     progress: Progress | None = options.pop("progress", None)
     given = Inputs(_problem(problem, features, gamma), demonstrations, rng, advice, progress)
+    of_pairs = given.problem.pair_features is not None
+    if of_pairs and name not in OF_PAIRS:
+        raise InputError(
+            f"{name} learns no reward of pairs, and features [n_states, n_actions, d] were given",
+            place="method",
+            valid=OF_PAIRS,
+        )
     if not isinstance(demonstrations, Demonstrations):
         raise InputError(
             f"Demonstrations wanted, got {type(demonstrations).__name__}; from runs of states "
             "without actions learns irl.state_only.learn_from_states",
             place="demonstrations",
         )
+    if not isinstance(rng, np.random.Generator):
+        raise InputError("numpy.random.default_rng(seed) wanted", place="rng")
+    if not isinstance(advice, Advice | None):
+        raise InputError(f"Advice wanted, got {type(advice).__name__}", place="advice")
+    for option in options:
+        check_choice(f"{name}: option", option, option_names(*method.takes))
     demonstrations.check(given.model, "demonstrations")
     began = time.perf_counter()
     found = method.fit(given, **options)
     q, reward, note = found.q, found.reward, found.note
+    if of_pairs and reward is not None:
+        reward = given.model.table(reward, fill=0.0)
+    if not note and not (given.model.widths[demonstrations.state] > 1).any():
+        note = "no preference: no demonstrated state offers a choice of actions"
     if reward is not None and not reward.any():
         q = np.where(given.model.mask, 0.0, -np.inf)
         note = note or f"no preference: R = 0{method.penalty and f'; {method.penalty}'}"
@@ -208,12 +240,17 @@ def _problem(
 def _counted(
     function: Callable[..., tuple[np.ndarray, Any]], config_type: type[AscentConfig]
 ) -> Callable:
-    """Fit a reward per state by ``function``, which tells a callback of its iterations."""
+    """Fit by ``function``, which tells a callback of its iterations: a reward per state, or Φ ω."""
 
     def fit(given: Inputs, **options: Any) -> Found:
         count, config = Count(given.progress), config_type(**options)
         reward, _ = function(
-            given.model, given.demonstrations, gamma=given.gamma, config=config, callback=count
+            given.model,
+            given.demonstrations,
+            given.problem.pair_features,
+            gamma=given.gamma,
+            config=config,
+            callback=count,
         )
         return Found(reward, iterations=count.done, converged=count.done < config.max_iterations)
 
@@ -226,11 +263,11 @@ def _max_ent(given: Inputs, **options: Any) -> Found:
 
 
 def _deep_max_ent(given: Inputs, **options: Any) -> Found:
-    config = DeepMaxEntConfig(**options)
+    config, pairs = DeepMaxEntConfig(**options), given.problem.pair_features
     reward, _ = deep_max_ent(
         given.model,
         demonstrated(given.demonstrations),
-        given.problem.required_features(),
+        given.problem.required_features() if pairs is None else pairs,
         gamma=given.gamma,
         rng=given.rng,
         config=config,
@@ -244,6 +281,7 @@ def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any)
     posterior = birl(
         given.model,
         given.demonstrations,
+        given.problem.pair_features,
         gamma=given.gamma,
         rng=given.rng,
         config=sampling,
@@ -272,24 +310,33 @@ def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
 
 
 METHODS: Mapping[str, Method] = {
-    "fa_mlirl": Method(vr_fit.likeliest, method_iterations.fa_mlirl),
-    "max_ent": Method(_max_ent, method_iterations.max_ent, penalty="lower l2"),
-    "deep_max_ent": Method(_deep_max_ent, method_iterations.deep_max_ent),
+    "fa_mlirl": Method(vr_fit.likeliest, (vr_fit.likeliest,), method_iterations.fa_mlirl),
+    "max_ent": Method(_max_ent, (RidgeConfig,), method_iterations.max_ent, penalty="lower l2"),
+    "deep_max_ent": Method(_deep_max_ent, (DeepMaxEntConfig,), method_iterations.deep_max_ent),
     "bellman_gradient": Method(
         _counted(linear_mlirl, BellmanGradientConfig),
+        (BellmanGradientConfig,),
         planned(smooth_maximum("soft", SHARPNESS)),
     ),
-    "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), planned(HardMax())),
-    "lp": Method(linear_programs.largest_margins),
+    "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), (MlirlConfig,), planned(HardMax())),
+    "lp": Method(linear_programs.largest_margins, (linear_programs.largest_margins, lp)),
     "lp_advice": Method(
         linear_programs.with_advice,
+        (TrustConfig,),
         takes_advice=True,
         penalty="raise demonstration_trust or advice_trust",
     ),
-    "lp_basis": Method(linear_programs.over_basis),
-    "birl": Method(_birl, method_iterations.birl),
-    "behaviour_cloning": Method(_behaviour_cloning, method_iterations.behaviour_cloning),
+    "lp_basis": Method(linear_programs.over_basis, (linear_programs.over_basis, lp_basis)),
+    "birl": Method(_birl, (_birl, birl), method_iterations.birl),
+    "behaviour_cloning": Method(
+        _behaviour_cloning, (RidgeConfig,), method_iterations.behaviour_cloning
+    ),
     "planning": Method(
-        _counted(sparse_planning, SparseConfig), planned(SoftMax()), penalty="lower sparsity"
+        _counted(sparse_planning, SparseConfig),
+        (SparseConfig,),
+        planned(SoftMax()),
+        penalty="lower sparsity",
     ),
 }
+OF_PAIRS = (*("max_ent", "deep_max_ent", "bellman_gradient", "linear_mlirl", "birl", "planning"),)
+"""Methods that learn a reward of pairs from features of pairs."""

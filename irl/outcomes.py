@@ -13,9 +13,10 @@ import numpy as np
 from irl.choices import check_range
 from irl.errors import InputError
 from irl.evaluation import TOLERANCE
+from irl.integers import reals, unmasked
 from irl.kept_arrays import read_arrays, write_arrays
 from irl.mdp import TransitionModel
-from irl.planning import pair_rewards, value_iteration
+from irl.planning import value_iteration
 
 if TYPE_CHECKING:  # torch, which files need not wait for
     from irl.methods import Learnt
@@ -69,7 +70,7 @@ class LearntReward:
 
     def __post_init__(self) -> None:
         """Check the fields."""
-        reward = np.asarray(self.reward, dtype=np.float64)
+        reward = reals(self.reward, "reward")
         if reward.ndim not in (1, 2) or not np.isfinite(reward).all():
             raise InputError(
                 f"finite numbers [n_states] or [n_states, n_actions] wanted, got "
@@ -89,11 +90,7 @@ class LearntReward:
         Raises:
             InputError: if the model has another number of states or actions.
         """
-        if self.reward.ndim == 1:
-            return value_iteration(model, self.reward, self.gamma, terminal=terminal)[1]
-        nothing = np.zeros(model.n_states)
-        earned = pair_rewards(model, self.reward)
-        return value_iteration(model, nothing, self.gamma, earned, terminal)[1]
+        return value_iteration(model, self.reward, self.gamma, terminal=terminal)[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +139,7 @@ class SoftPolicy:
             InputError: if shapes differ, a feasible pair's value is NaN or +∞, or β is negative.
         """
         check_range("beta", beta, 0)
-        q, mask = np.asarray(q, dtype=np.float64), np.asarray(mask)
+        q, mask = reals(q, "soft policy: q"), unmasked(mask, "soft policy: mask")
         if q.shape != mask.shape or q.ndim != 2 or mask.dtype != np.bool_:
             raise InputError(
                 f"numbers and a mask of one shape wanted, got {list(q.shape)} and {mask.dtype} "
@@ -162,7 +159,7 @@ class SoftPolicy:
 
     def __post_init__(self) -> None:
         """Check the probabilities."""
-        table = np.asarray(self.probability, dtype=np.float64)
+        table = reals(self.probability, "probability")
         if table.ndim != 2:
             raise InputError(
                 f"[n_states, n_actions] wanted, got {list(table.shape)}", place="probability"

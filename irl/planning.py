@@ -8,6 +8,7 @@ from scipy import sparse
 
 from irl.choices import check_range
 from irl.errors import InputError
+from irl.integers import reals
 from irl.mdp import TransitionModel
 from irl.onward import Onward
 
@@ -51,7 +52,7 @@ def pair_rewards(model: TransitionModel, reward: np.ndarray) -> np.ndarray:
     Raises:
         InputError: if the shape is another, or a reward of a feasible pair is not finite.
     """
-    table = np.asarray(reward, dtype=np.float64)
+    table = reals(reward, "reward")
     n, m = model.n_states, model.n_actions
     state, action = model.pair_state, model.pair_action
     if table.shape == (n,):
@@ -74,6 +75,39 @@ def pair_rewards(model: TransitionModel, reward: np.ndarray) -> np.ndarray:
     return earned
 
 
+def earned_by_acting(
+    model: TransitionModel,
+    reward: np.ndarray,
+    pair_reward: np.ndarray | float = 0.0,
+) -> np.ndarray:
+    """What acting is expected to earn under a reward such as methods learn, float64 ``[n_pairs]``.
+
+    Args:
+        model: the transition model.
+        reward: R ``[n_states]``, earned on entering a state, or ``[n_states, n_actions]``, by
+            acting.
+        pair_reward: ``[n_pairs]`` or one number, earned by acting as well.
+
+    Raises:
+        InputError: if a reward is not finite or has a wrong shape.
+    """
+    table, each = reals(reward, "state_reward"), reals(pair_reward, "pair_reward")
+    if each.shape not in ((), (model.n_pairs,)) or not np.isfinite(each).all():
+        raise InputError(
+            f"one finite number wanted, or [{model.n_pairs}], got {list(each.shape)}",
+            place="pair_reward",
+        )
+    if table.shape == (model.n_states, model.n_actions):
+        return pair_rewards(model, table) + each
+    if table.shape != (model.n_states,) or not np.isfinite(table).all():
+        raise InputError(
+            f"finite numbers [{model.n_states}] wanted, or of pairs "
+            f"[{model.n_states}, {model.n_actions}], got {list(table.shape)}",
+            place="state_reward",
+        )
+    return model.P @ table + each
+
+
 def best(model: TransitionModel, per_pair: np.ndarray, fill: float) -> np.ndarray:
     """Largest of each state's values ``[n_pairs]``; ``[n_states]``, ``fill`` without actions."""
     result = np.full(model.n_states, fill, dtype=np.float64)
@@ -89,11 +123,12 @@ def value_iteration(
     terminal: np.ndarray | None = None,
     tolerance: float = 1e-9,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Optimal values under (3.1)–(3.3), the reward earned on entering a state.
+    """Optimal values under (3.1)–(3.3).
 
     Args:
         model: the transition model.
-        state_reward: R, ``[n_states]``.
+        state_reward: R, ``[n_states]``, earned on entering a state; or as methods learn a reward of
+            pairs, ``[n_states, n_actions]``, earned by acting.
         gamma: discount factor in [0, 1).
         pair_reward: ``[n_pairs]`` or one number, earned by acting.
         terminal: indices of states where a run ends; a state without actions ends it too.
@@ -108,19 +143,12 @@ def value_iteration(
     Raises:
         InputError: if gamma is outside [0, 1), or a reward is not finite or has a wrong shape.
     """
-    state_reward = np.asarray(state_reward, dtype=np.float64)
-    pair_reward = _pair_rewards(model, pair_reward)
+    # Folded once, so that a sweep is one matrix product: r + P R.
+    earned = earned_by_acting(model, state_reward, pair_reward)
     check_range("value iteration: gamma", gamma, 0, 1, open_high=True)
-    if state_reward.shape != (model.n_states,) or not np.isfinite(state_reward).all():
-        raise InputError(
-            f"value iteration: state_reward must be finite and [{model.n_states}], "
-            f"is {list(state_reward.shape)}"
-        )
     ended = np.zeros(model.n_states, dtype=bool)
     if terminal is not None:
         ended[terminal] = True
-    # Folded once, so that a sweep is one matrix product: r + P R.
-    earned = model.P @ state_reward + pair_reward
     V = _optimal_values(model, earned, gamma, ended, tolerance)
     q = earned + gamma * (model.P @ V)
     V = np.where(ended, 0.0, best(model, q, fill=0.0))
@@ -192,16 +220,6 @@ def _acting_first_best(
     reward = np.zeros(model.n_states)
     reward[state] = earned[pairs]
     return choice @ model.P, reward
-
-
-def _pair_rewards(model: TransitionModel, pair_reward: np.ndarray | float) -> np.ndarray:
-    rewards = np.asarray(pair_reward, dtype=np.float64)
-    if rewards.shape not in ((), (model.n_pairs,)) or not np.isfinite(rewards).all():
-        raise InputError(
-            f"value iteration: pair_reward must be finite, one number or [{model.n_pairs}], "
-            f"is {list(rewards.shape)}"
-        )
-    return rewards
 
 
 def uniform_policy(actions: np.ndarray) -> np.ndarray:

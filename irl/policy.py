@@ -7,6 +7,7 @@ import numpy as np
 
 from irl.errors import InputError
 from irl.files import atomic_path
+from irl.integers import reals, unmasked
 from irl.tensor_file import digest, from_bytes, to_bytes
 
 SCHEMA_VERSION = 1
@@ -62,6 +63,7 @@ class Policy:
         Raises:
             InputError: if shapes differ, or a feasible pair's value is NaN or +∞.
         """
+        q, mask = reals(q, "policy: q"), unmasked(mask, "policy: mask")
         if np.shape(q) != np.shape(mask) or np.ndim(q) != 2:
             raise InputError(f"policy: q {np.shape(q)} and mask {np.shape(mask)} must agree")
         q = np.where(mask, q, -np.inf).astype(np.float64)
@@ -141,6 +143,8 @@ def load_policy(path: Path, task_hash: str | None = None, mask: np.ndarray | Non
             f"{path}: field 'digest' is not that of what the file holds, so it was damaged or "
             "changed; save the policy again"
         )
+    for name in sorted(metadata.keys() - _METADATA):  # such as a digest whose name was damaged
+        raise InputError(f"{path}: metadata field {name!r} is unknown")
     if task_hash is not None and metadata["task_hash"] != task_hash:
         raise InputError(
             f"{path}: field 'task_hash' is {metadata['task_hash'][:12]!r}…, learnt on another "

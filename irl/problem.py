@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from irl.choices import check_number
 from irl.errors import InputError
-from irl.integers import integers
+from irl.integers import integers, unmasked
 from irl.mdp import TransitionModel
 from irl.preferences import StatePreferences
 from irl.task import TaskData
@@ -19,7 +20,8 @@ class LearningProblem:
     Attributes:
         model: the transition model P.
         features: ``[n_states, d]``, of a size near 1: what networks see of a state; None for
-            methods that do without.
+            methods that do without. Or ``[n_states, n_actions, d]``, of states and actions, for
+            methods that learn what acting earns; what is infeasible is ignored.
         gamma: discount factor in [0, 1).
         fixed_vr: state → VR value known beforehand, such as −1 for a lost object.
         clusters: name → state indices; what an expert may be asked about.
@@ -67,10 +69,11 @@ class LearningProblem:
     def __post_init__(self) -> None:
         """Fill in the start states, and check every field against the model."""
         n = self.model.n_states
+        check_number("gamma", self.gamma)
         if not 0 <= self.gamma < 1:
             raise InputError(f"must lie in [0, 1), is {self.gamma}", place="gamma")
         if self.features is not None:
-            object.__setattr__(self, "features", _table(self.features, n))
+            object.__setattr__(self, "features", _table(self.features, self.model))
         if self.start_states is None:
             object.__setattr__(self, "start_states", self.model.acting)
         for name in ("start_states", "candidates"):
@@ -82,26 +85,41 @@ class LearningProblem:
         for name in ("preferred", "avoided"):
             integers(getattr(self.preferences, name), f"preferences: {name}", below=n)
 
+    @property
+    def pair_features(self) -> np.ndarray | None:
+        """The features if they are those of pairs, ``[n_states, n_actions, d]``; else None."""
+        return None if self.features is None or self.features.ndim == 2 else self.features
+
     def required_features(self, dtype: type = np.float64) -> np.ndarray:
         """The features ``[n_states, d]`` as numbers of a type, for what cannot do without.
 
         Raises:
-            InputError: if there are none.
+            InputError: if there are none, or if they are those of pairs.
         """
         if self.features is None:
             raise InputError("features: this method learns from features [n_states, d]; give some")
+        if self.features.ndim == 3:
+            raise InputError(
+                "[n_states, d] wanted by what learns from features of states, got features of "
+                f"pairs {list(self.features.shape)}",
+                place="features",
+            )
         return np.asarray(self.features, dtype=dtype)
 
 
-def _table(features: np.ndarray, n_states: int) -> np.ndarray:
-    table = np.asarray(features)
-    if table.ndim != 2 or len(table) != n_states or table.dtype.kind not in "fiub":
+def _table(features: np.ndarray, model: TransitionModel) -> np.ndarray:
+    table, n, m = unmasked(features, "features"), model.n_states, model.n_actions
+    if table.shape[:-1] not in ((n,), (n, m)) or table.dtype.kind not in "fiub":
         raise InputError(
-            f"numbers [{n_states}, d] wanted, got {table.dtype} {list(table.shape)}",
+            f"numbers [{n}, d] wanted, or [{n}, {m}, d] of pairs, got {table.dtype} "
+            f"{list(table.shape)}",
             place="features",
         )
-    if table.shape[1] == 0:
+    if table.shape[-1] == 0:
         raise InputError("must have at least one column", place="features")
-    if not np.isfinite(table).all():
+    used = table if table.ndim == 2 else table[model.mask]
+    if not np.isfinite(used).all():
         raise InputError("must be finite, hold NaN or infinity", place="features")
+    if np.abs(used).max(initial=0) > np.finfo(np.float32).max:
+        raise InputError("must be of a size near 1, hold what float32 cannot", place="features")
     return table

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from irl.choices import check_choice, check_range
+from irl.choices import check_choice, check_number, check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.integers import integers
@@ -196,6 +196,7 @@ def learn_from_states(
             place="method",
             valid=LEARN_FROM_STATES,
         )
+    check_number("rounds", rounds, whole=True)
     check_range("rounds", rounds, 1)
     model = problem if isinstance(problem, TransitionModel) else problem.model
     likelihood = possible_actions(model, runs)

@@ -9,7 +9,7 @@ each makes the demonstrations decides among them; nothing else is known of what 
 import numpy as np
 
 from irl.bellman import BellmanTerm
-from irl.choices import check_range
+from irl.choices import check_number, check_range
 from irl.likelihood import LikelihoodProblem
 from irl.method_inputs import Found, Inputs, inverse_temperature
 from irl.method_iterations import HIDDEN
@@ -32,6 +32,7 @@ def likeliest(
     The first begins as the only one would. Progress is told over all of them, one after the other;
     what has converged is the one that is kept, and nothing is said of it without a tolerance.
     """
+    check_number("networks", networks, whole=True)
     check_range("networks", networks, 1)
     model = given.model
     x, fixed_vr = given.problem.required_features(), given.problem.fixed_vr

@@ -53,6 +53,19 @@ def plane(features: np.ndarray, names: tuple[str, ...] = ()) -> tuple[np.ndarray
     return centred @ axes[:2].T, [f"component {k + 1} ({share[k]:.0%} of variance)" for k in (0, 1)]
 
 
+def of_states(measure: np.ndarray, action: np.ndarray) -> np.ndarray:
+    """A measure per state, ``[n_states]``: of one of pairs, such as a reward, what is done counts.
+
+    Args:
+        measure: ``[n_states]``, which stays as it is, or ``[n_states, n_actions]``.
+        action: the policy ``[n_states]``, −1 where nothing is done, which gives NaN.
+    """
+    if measure.ndim == 1:
+        return measure
+    done = measure[np.arange(action.size), np.maximum(action, 0)]
+    return np.where(action < 0, np.nan, done)
+
+
 def plot_over_features(
     figure: Figure,
     features: np.ndarray,

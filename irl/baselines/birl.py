@@ -17,7 +17,7 @@ import numpy as np
 
 from irl.baselines.ascent import Callback
 from irl.baselines.differentiable_planning import Planner
-from irl.baselines.features import Features, state_features
+from irl.baselines.features import Features, reward_features
 from irl.baselines.mcmc import Step, crank_nicolson, effective_sample_size, split_r_hat
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.baselines.posterior_shape import posterior_shape
@@ -63,7 +63,8 @@ class Posterior:
         weights: ω, float64 ``[chains, samples, d]``.
         log_likelihood: of all demonstrations, ``[chains, samples]``.
         acceptance: share of proposals taken after the burn-in, ``[chains]``.
-        reward: posterior mean of R, ``[n_states]``, earned on entering a state.
+        reward: posterior mean of R, ``[n_states]``, earned on entering a state, or ``[n_pairs]``,
+            earned by acting.
         counts: int64 ``[n_pairs, bins]``: how many of the rewards give each pair a probability
             in each interval.
         policy: posterior mean of π, ``[n_pairs]``.
@@ -117,7 +118,8 @@ def birl(
     Args:
         model: the transition model.
         demonstrations: labelled pairs, in any order, each one taken as evidence of its own.
-        features: Φ, ``[n_states, d]``; one indicator per state if absent.
+        features: Φ, ``[n_states, d]``, or of pairs ``[n_states, n_actions, d]``; one indicator
+            per state if absent.
         gamma: discount factor in [0, 1).
         rng: the only source of chance; each chain has a generator spawned from it.
         config: how to draw.
@@ -131,7 +133,7 @@ def birl(
             or the features are not finite or have a wrong shape.
     """
     config = config or SamplingConfig()
-    phi = state_features(model, features)
+    phi, of_pairs = reward_features(model, features)
     problem = LikelihoodProblem.of(model, demonstrations)
     shape = config.chains, config.samples
     weights, likelihoods = np.empty((*shape, phi.shape[1])), np.empty(shape)
@@ -142,8 +144,9 @@ def birl(
 
     for chain, own_rng in enumerate(rng.spawn(config.chains)):
         # Errors of Q up to this change the log-likelihood by 1/500 at most.
-        planner = Planner(model, gamma, tolerance=1e-3 / (config.beta * problem.total))
-        likelihood = PlannedLikelihood(problem, planner, config.beta)
+        tolerance = 1e-3 / (config.beta * problem.total)
+        planner = Planner(model, gamma, tolerance=tolerance, of_pairs=of_pairs)
+        likelihood = PlannedLikelihood.over(problem, planner, config.beta)
         begin = None if start is None else np.asarray(start[chain])
         steps = _walk(likelihood, phi, problem.total, begin, config, own_rng)
         for sample in range(config.samples):
@@ -151,7 +154,7 @@ def birl(
                 step = next(steps)
                 acceptance[chain] += step.accepted / (config.samples * config.thin)
             weights[chain, sample], likelihoods[chain, sample], f = step.extra
-            pi = np.exp(model.groups.log_softmax(config.beta * (model.P @ f)))
+            pi = np.exp(model.groups.log_softmax(config.beta * planner.q(f)))
             if callback is not None:
                 callback(chain * config.samples + sample + 1, float(likelihoods[chain, sample]))
             policy += pi / (config.chains * config.samples)

@@ -1,6 +1,7 @@
 """Maximum entropy deep inverse reinforcement learning, Wulfmeier et al. (2015).
 
-The reward is a neural network of the state's features, R = r_max · tanh(g(φ)). By the chain rule
+The reward is a neural network of the features of a state, or of a pair of state and action,
+R = r_max · tanh(g(φ)). By the chain rule
 the gradient of the maximum entropy objective in its weights is the difference between demonstrated
 and expected state visits, see ``irl.baselines.max_ent`` (which says too what becomes of the ends of
 runs), carried back through the network.
@@ -19,14 +20,14 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.optimizers import Adam
-from irl.vr_function import Evaluation, VRFunction, torch_generator
+from irl.vr_function import WIDEST, Evaluation, VRFunction, torch_generator
 
 
 @dataclass(frozen=True)
 class DeepMaxEntConfig(Settings):
     """The reward network, and how it is trained."""
 
-    hidden: tuple[int, ...] = (32, 32)
+    hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (32, 32)
     """Widths of the hidden layers."""
     r_max: Annotated[float, Limits(0, open_low=True)] = 10.0
     """Largest |R(s)|, in units of the demonstrator's temperature."""
@@ -53,14 +54,16 @@ def deep_max_ent(
     Args:
         model: the transition model.
         demonstrations: trajectories, whole or in pieces.
-        features: the network's input, ``[n_states, d]``, best of a size near 1.
+        features: the network's input, ``[n_states, d]``, or of pairs ``[n_states, n_actions, d]``,
+            best of a size near 1.
         gamma: discount factor in [0, 1).
         rng: draws the initial weights.
         config: the network, and how it is trained.
         callback: told after each step how many there were, and the objective before it.
 
     Returns:
-        R ``[n_states]``, earned on entering a state, and the network, whose output is R / r_max.
+        R ``[n_states]``, earned on entering a state, or ``[n_pairs]``, earned by acting, and the
+        network, whose output is R / r_max.
 
     Raises:
         InputError: as ``FeatureMatching.build``, or if there are no features.
@@ -83,7 +86,7 @@ class RewardNetwork:
     Attributes:
         matching: the demonstrations.
         network: its output is R / r_max.
-        at: the network at every state.
+        at: the network at every state, or every pair.
         r_max: largest |R(s)|.
     """
 
@@ -107,12 +110,12 @@ class RewardNetwork:
         if features is None:
             raise InputError("features: the network's input is needed, [n_states, d]")
         matching = FeatureMatching.build(model, demonstrations, features, gamma=gamma)
-        x = np.asarray(features, dtype=np.float32)
+        x = np.asarray(matching.features, dtype=np.float32)
         network = VRFunction(x.shape[1], config.hidden, generator=torch_generator(rng))
         return cls(matching, network, network.at(x), config.r_max)
 
     def reward(self) -> np.ndarray:
-        """R with the network's present weights, float64 ``[n_states]``."""
+        """R with the network's present weights, float64, of every state or every pair."""
         return self.r_max * self.at.forward().double().numpy()
 
     def value_and_gradient(self) -> tuple[float, torch.Tensor]:

@@ -4,6 +4,9 @@ With f = R + γ V (3.15), the reward earned on entering a state, Bellman's equat
 V = max P f, the maximum over each state's feasible actions, or a smooth stand-in for it. Where W
 holds its slopes ∂V/∂Q, ∂f/∂R = (I − γ W P)⁻¹. A gradient g in f therefore becomes, in R,
 μ = g + γ (W P)ᵀ μ: one sparse linear system for all rewards together.
+
+A reward r of pairs, earned by acting, is planned for alike. Then f is that of pairs, f = r + γ P V,
+which is Q itself, and the gradient becomes g + Wᵀ μ, μ being what γ Pᵀ g becomes above.
 """
 
 from dataclasses import dataclass, field
@@ -125,6 +128,8 @@ class PNorm(Settings):
 class Planner:
     """Solves V = max P (R + γ V) for one reward after another, each from the last solution.
 
+    Or V = max (r + γ P V), if the reward is that of pairs.
+
     Sweeps of value iteration alternate with Newton steps, (I − γ W P) ΔV = residual, which for
     the hard maximum is policy iteration. The sweeps' contraction guarantees the result; the steps
     make it cheap, at any discount: where a Krylov method does not take them, factors do.
@@ -134,6 +139,7 @@ class Planner:
         gamma: discount factor in [0, 1).
         maximum: the maximum, or what stands in for it.
         tolerance: largest error of V, as far as rounding permits.
+        of_pairs: whether rewards are r ``[n_pairs]``, earned by acting, and so f and gradients.
         V: the last solution ``[n_states]``, where the next search begins.
     """
 
@@ -141,6 +147,7 @@ class Planner:
     gamma: float
     maximum: Maximum = field(default_factory=HardMax)
     tolerance: float = 1e-10
+    of_pairs: bool = False
     V: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -158,7 +165,7 @@ class Planner:
                 "γ n^(1/p) must be below 1; choose a higher order"
             )
         self.V = np.zeros(self.model.n_states)
-        self._reward = np.zeros(self.model.n_states)
+        self._entry = np.zeros(self.model.n_pairs)
         self._warm = np.zeros(self.model.n_states)
         self._krylov = True
 
@@ -167,21 +174,20 @@ class Planner:
         return sparse.identity(self.model.n_states, format="csr")
 
     def solve(self, reward: np.ndarray) -> np.ndarray:
-        """Plan under a reward ``[n_states]``, earned on entering a state.
+        """Plan under a reward ``[n_states]``, earned on entering a state, or of pairs.
 
         Returns:
-            f = R + γ V, float64 ``[n_states]``; Q = P f.
+            f = R + γ V, float64 ``[n_states]``; Q = P f. Of pairs, f = r + γ P V ``[n_pairs]``.
 
         Raises:
             InputError: if the reward is not finite or has a wrong shape.
         """
         reward = np.asarray(reward, dtype=np.float64)
-        if reward.shape != (self.model.n_states,) or not np.isfinite(reward).all():
-            raise InputError(
-                f"reward: finite values [{self.model.n_states}] wanted, got {list(reward.shape)}"
-            )
-        self._reward = reward
-        entry = self.model.P @ reward  # folded once: a sweep is one matrix product
+        size = self.model.n_pairs if self.of_pairs else self.model.n_states
+        if reward.shape != (size,) or not np.isfinite(reward).all():
+            raise InputError(f"reward: finite values [{size}] wanted, got {list(reward.shape)}")
+        # Folded once: a sweep is one matrix product.
+        self._entry = entry = reward if self.of_pairs else self.model.P @ reward
         V = self.V
         for round_ in count():
             for _ in range(_SWEEPS):
@@ -199,18 +205,29 @@ class Planner:
                 if step is not None:
                     V = V + step
         self.V = V
-        return reward + self.gamma * V
+        return self._q(reward, V) if self.of_pairs else reward + self.gamma * V
+
+    def q(self, f: np.ndarray) -> np.ndarray:
+        """The values ``[n_pairs]`` of what `solve` returned."""
+        return f if self.of_pairs else self.model.P @ f
 
     def pull(self, g: np.ndarray) -> np.ndarray:
         """Turn a gradient in f into one in the reward, at the reward solved last.
 
         Args:
-            g: ∂L/∂f, ``[n_states]``.
+            g: ∂L/∂f, ``[n_states]``, or of pairs ``[n_pairs]``.
 
         Returns:
-            ∂L/∂R, float64 ``[n_states]``.
+            ∂L/∂R, float64, as many.
         """
-        q = self._q(self.model.P @ self._reward, self.V)
+        q = self._q(self._entry, self.V)
+        if not self.of_pairs:
+            return self._carried(q, g)
+        mu = self._carried(q, self.gamma * (self.model.P.T @ g))
+        return g + self._slopes(q) * mu[self.model.pair_state]
+
+    def _carried(self, q: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """The μ of μ = g + γ (W P)ᵀ μ, ``[n_states]``, at the values of the pairs."""
         back = self._onward(q, self.gamma).T.tocsr()
         enough = self.tolerance * max(np.abs(g).sum(), np.finfo(float).tiny)
         mu, failed = bicgstab(
@@ -253,11 +270,15 @@ class Planner:
         V[self.model.acting] = self.maximum.values(q, self.model.groups)
         return V
 
+    def _slopes(self, q: np.ndarray) -> np.ndarray:
+        """∂V/∂Q at the given values of the pairs, ``[n_pairs]``."""
+        v = self._values(q)[self.model.acting]
+        return self.maximum.slopes(q, v, self.model.groups)
+
     def _onward(self, q: np.ndarray, gamma: float) -> sparse.csr_matrix:
         """γ W P at the given values of the pairs, ``[n_states, n_states]``."""
         model = self.model
-        v = self._values(q)[model.acting]
-        weight = gamma * self.maximum.slopes(q, v, model.groups)
+        weight = gamma * self._slopes(q)
         used = np.flatnonzero(weight)
         choice = sparse.csr_matrix(
             (weight[used], (model.pair_state[used], used)), shape=(model.n_states, model.n_pairs)

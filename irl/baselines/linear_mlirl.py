@@ -14,7 +14,7 @@ import numpy as np
 
 from irl.baselines.ascent import AscentConfig, Callback
 from irl.baselines.differentiable_planning import HardMax, Maximum
-from irl.baselines.features import state_features
+from irl.baselines.features import reward_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.choices import Limits
 from irl.demonstrations import Demonstrations
@@ -51,19 +51,23 @@ def linear_mlirl(
     Args:
         model: the transition model.
         demonstrations: labelled pairs, in any order.
-        features: Φ, ``[n_states, d]``; one indicator per state if absent.
+        features: Φ, ``[n_states, d]``, or of pairs ``[n_states, n_actions, d]``; one indicator
+            per state if absent.
         gamma: discount factor in [0, 1).
         config: β, when the ascent ends, and in ``irl.baselines.bellman_gradient`` the maximum.
         callback: follows the ascent.
 
     Returns:
-        R ``[n_states]``, earned on entering a state, and ω ``[d]``.
+        R ``[n_states]``, earned on entering a state, or ``[n_pairs]``, earned by acting, and ω
+        ``[d]``.
 
     Raises:
         InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
             or the features are not finite or have a wrong shape.
     """
-    phi = state_features(model, features)
+    phi, of_pairs = reward_features(model, features)
     config = config or MlirlConfig()
-    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, config.maximum, config.beta)
+    likelihood = PlannedLikelihood.build(
+        model, demonstrations, gamma, config.maximum, config.beta, of_pairs
+    )
     return likelihood.climb(phi, config, callback)

@@ -7,7 +7,7 @@ Keeping V as a variable, tied to R by V = P_π (R + γ V), spares the inverse, w
 where the model is sparse.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -65,7 +65,7 @@ def lp(
     check_range("l1", l1, 0.0)
     check_range("slack", slack, 0.0, 1.0)
     program = _margins(model, policy, gamma, r_max)
-    lead, of_pair, m, k = program.lead, program.extra, program.lower.size, program.lead.shape[0]
+    m = program.lower.size
     if m == 0:
         return np.zeros(model.n_states)
     objective = program.objective(l1, np.ones(m))
@@ -74,20 +74,8 @@ def lp(
         return np.zeros(model.n_states)
     if slack == 0:
         return R
-    # The smallest margin is one variable more, with a row for each margin that bounds it.
-    smallest = sparse.hstack([-sparse.identity(m), np.ones((m, 1))])
-    program = RewardProgram(
-        program.P_pi,
-        gamma,
-        r_max,
-        sparse.vstack([lead, sparse.csr_matrix((m, model.n_states))]),
-        sparse.vstack([sparse.hstack([of_pair, sparse.csr_matrix((k, 1))]), smallest]),
-        lower=np.zeros(m + 1),
-    )
-    kept = (1 - slack) * (margins.sum() - l1 * np.abs(R).sum())
-    return program.maximise(
-        program.objective(0.0, np.append(np.zeros(m), 1.0)), (np.append(objective, 0.0), kept)
-    )[0]
+    value = margins.sum() - l1 * np.abs(R).sum()
+    return program.untied(objective, value, margins, slack)[0]
 
 
 def largest_l1(model: TransitionModel, policy: np.ndarray, gamma: float) -> float:
@@ -229,6 +217,37 @@ class RewardProgram:
         if answer.x is None or not answer.success:
             raise RuntimeError(f"linear program: no optimum found ({answer.message})")
         return answer.x[:n] - answer.x[n : 2 * n], answer.x[3 * n :]
+
+    def untied(
+        self, objective: np.ndarray, value: float, margins: np.ndarray, slack: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Of nearly the best solutions, one whose smallest margin is largest: R ``[n]``, x ``[m]``.
+
+        Args:
+            objective: that of the best solution.
+            value: its value there.
+            margins: the margins there, which are the first of x.
+            slack: the share of ``value`` that may be lost, 0…1.
+        """
+        of, m, (k, n) = margins.size, self.lower.size, self.lead.shape
+        # The smallest margin is one variable more, with a row for each margin that bounds it.
+        smallest = sparse.hstack([-sparse.eye(of, m), np.ones((of, 1))], format="csr")
+        program = replace(
+            self,
+            lead=sparse.vstack([self.lead, sparse.csr_matrix((of, n))]),
+            extra=sparse.vstack([sparse.hstack([self.extra, sparse.csr_matrix((k, 1))]), smallest]),
+            lower=np.append(self.lower, min(0.0, margins.min())),
+            least=np.append(np.broadcast_to(self.least, k), np.zeros(of)),
+        )
+        last = np.append(np.zeros(m), 1.0)
+        floor = np.append(objective, 0.0), nearly(value, slack)
+        R, x = program.maximise(program.objective(0.0, last), floor)
+        return R, x[:-1]
+
+
+def nearly(value: float, slack: float) -> float:
+    """All but a share ``slack`` of the best value of an objective, whatever its sign."""
+    return (1 - slack) * value if value > 0 else (1 + slack) * value
 
 
 def checked_policy(model: TransitionModel, policy: np.ndarray) -> np.ndarray:

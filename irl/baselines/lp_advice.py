@@ -44,7 +44,10 @@ class TrustConfig(Settings):
     r_max: Annotated[float, Limits(0, open_low=True)] = 1.0
     """Largest |R(s)|, in the reward's unit."""
     rounds: Annotated[int, Limits(1)] = 10
-    """Most programs to solve."""
+    """Most policies to solve (3.9) for."""
+    slack: Annotated[float, Limits(0, 1)] = 0.0
+    """0 is (3.9) alone; else the share of its optimum that may be lost for the smallest margin of
+    the demonstrated actions, as `irl.baselines.linear_programming.lp` has it."""
 
 
 def lp_advice(
@@ -120,7 +123,11 @@ def lp_advice(
         program = RewardProgram(
             transition_matrix(model, policy), gamma, config.r_max, rows, extra, lower, least
         )
-        R, met = program.maximise(program.objective(1.0, weight))
+        objective = program.objective(1.0, weight)
+        R, met = program.maximise(objective)
+        if config.slack and R.any() and n_demonstrated:
+            value = float(weight @ met) - float(np.abs(R).sum())
+            R, met = program.untied(objective, value, met[:n_demonstrated], config.slack)
         if callback is not None:
             callback(done, float(weight @ met) - float(np.abs(R).sum()))
         _, Q = value_iteration(model, R, gamma)

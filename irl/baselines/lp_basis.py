@@ -16,7 +16,7 @@ from scipy.optimize import linprog
 from scipy.sparse.linalg import splu
 
 from irl.baselines.features import Features, state_features
-from irl.baselines.linear_programming import checked_policy, leads
+from irl.baselines.linear_programming import checked_policy, leads, nearly
 from irl.choices import check_range
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix
@@ -30,6 +30,7 @@ def lp_basis(
     gamma: float,
     states: np.ndarray | None = None,
     elsewhere: np.ndarray | None = None,
+    slack: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the weights under which ``policy`` leads most in the sampled states (3.12).
 
@@ -45,18 +46,21 @@ def lp_basis(
         states: S₀, indices of the sampled states; all if absent.
         elsewhere: what is done where ``policy`` is −1 and something can be done, probabilities
             ``[n_states, n_actions]``; if absent, a run ends there.
+        slack: 0…1; 0 is (3.12) alone; else the share of its optimum that may be lost for the
+            smallest margin, as `irl.baselines.linear_programming.lp` has it.
 
     Returns:
         R ``[n_states]``, earned on entering a state, and ω ``[d]``.
 
     Raises:
-        InputError: if gamma is out of range, ``policy`` has a wrong shape or type or names an
-            action that is not feasible, or the features are not finite or have a wrong shape.
+        InputError: if gamma or slack is out of range, ``policy`` has a wrong shape or type or names
+            an action that is not feasible, or the features are not finite or have a wrong shape.
         RuntimeError: if the solver stops without an optimum.
     """
     phi = state_features(model, features)
     policy = checked_policy(model, policy)
     check_range("gamma", gamma, 0, 1, open_high=True)
+    check_range("slack", slack, 0, 1)
     valued = policy
     if elsewhere is not None:
         valued = np.where(
@@ -74,21 +78,36 @@ def lp_basis(
     of_pair = sparse.csr_matrix((np.ones(k), (np.arange(k), state)), shape=(k, m))
     # p grows with x, so the least p(x) is p of the least x. That is gain − loss, both from 0, and
     # p of it is gain − 2 loss.
-    program = {
-        "c": np.concatenate([np.zeros(d), -np.ones(m), np.full(m, 2.0)]),
-        "A_ub": sparse.hstack([sparse.csr_matrix(-lead), of_pair, -of_pair], format="csr"),
-        "b_ub": np.zeros(k),
-        "bounds": np.array([[-1.0, 1.0]] * d + [[0.0, np.inf]] * (2 * m)),
-    }
+    loss = np.concatenate([np.zeros(d), -np.ones(m), np.full(m, 2.0)])
+    rows = sparse.hstack([sparse.csr_matrix(-lead), of_pair, -of_pair], format="csr")
+    bounds = np.array([[-1.0, 1.0]] * d + [[0.0, np.inf]] * (2 * m))
+    x, least = _solved(loss, rows, np.zeros(k), bounds)
+    if -least <= 1e-9 * np.abs(lead).max():
+        return np.zeros(model.n_states), np.zeros(d)
+    if slack:
+        # The smallest margin is one variable more, with a row for each margin that bounds it.
+        each = sparse.identity(m)
+        smallest = sparse.hstack([sparse.csr_matrix((m, d)), -each, each])
+        one = np.r_[np.zeros(k + 1), np.ones(m)][:, None]
+        rows = sparse.hstack([sparse.vstack([rows, loss[None], smallest]), one], format="csr")
+        at_most = np.r_[np.zeros(k), -nearly(-least, slack), np.zeros(m)]
+        last = np.append(np.zeros(loss.size), -1.0)
+        x, _ = _solved(last, rows, at_most, np.vstack([bounds, [-np.inf, np.inf]]))
+    weights = x[:d]
+    return phi @ weights, weights
+
+
+def _solved(
+    c: np.ndarray, rows: sparse.csr_matrix, at_most: np.ndarray, bounds: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The x of least c·x that has rows·x ≤ at_most within bounds, and c·x."""
+    program = {"c": c, "A_ub": rows, "b_ub": at_most, "bounds": bounds}
     answer = linprog(**program)
     if answer.x is None or not answer.success:  # features that nearly depend on one another
         answer = linprog(**program, method="highs-ipm")
     if answer.x is None or not answer.success:
         raise RuntimeError(f"linear program: no optimum found ({answer.message})")
-    if -answer.fun <= 1e-9 * np.abs(lead).max():
-        return np.zeros(model.n_states), np.zeros(d)
-    weights = answer.x[:d]
-    return phi @ weights, weights
+    return answer.x, float(answer.fun)
 
 
 def entry_values(P_pi: sparse.csr_matrix, features: Features, gamma: float) -> np.ndarray:

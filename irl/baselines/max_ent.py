@@ -21,7 +21,7 @@ import numpy as np
 
 from irl.baselines.ascent import Callback, RidgeConfig, ridge_ascend
 from irl.baselines.differentiable_planning import SoftMax
-from irl.baselines.features import Features, state_features
+from irl.baselines.features import Features, reward_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -42,13 +42,15 @@ def max_ent(
     Args:
         model: the transition model.
         demonstrations: trajectories, whole or in pieces.
-        features: Φ, ``[n_states, d]``; one indicator per state if absent.
+        features: Φ, ``[n_states, d]``, or of pairs ``[n_states, n_actions, d]``; one indicator
+            per state if absent.
         gamma: discount factor in [0, 1).
         config: the price of |ω|² / 2, and when the ascent ends.
         callback: follows the ascent, an iteration at a time.
 
     Returns:
-        R ``[n_states]``, in units of the demonstrator's temperature, and ω ``[d]``.
+        R ``[n_states]``, or ``[n_pairs]``, earned by acting, in units of the demonstrator's
+        temperature, and ω ``[d]``.
 
     Raises:
         InputError: as ``FeatureMatching.build``.
@@ -66,7 +68,7 @@ class FeatureMatching:
 
     Attributes:
         likelihood: of a pair, in the mean.
-        features: Φ, float64 ``[n_states, d]``.
+        features: Φ, float64 ``[n_states, d]``, or of pairs ``[n_pairs, d]``.
         pairs_each: pairs of a trajectory, in the mean.
     """
 
@@ -89,11 +91,11 @@ class FeatureMatching:
             InputError: if there is no demonstration, a pair is infeasible or a move impossible,
                 gamma is outside [0, 1), or the features are not finite or have a wrong shape.
         """
-        phi = state_features(model, features)
+        phi, of_pairs = reward_features(model, features)
         if len(demonstrations) == 0:
             raise InputError("demonstrations: at least one (state, action) pair is needed")
         demonstrations.check(model, "demonstrations")
-        likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), beta=1.0)
+        likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), 1.0, of_pairs)
         trajectories = np.unique(demonstrations.trajectory).size
         return cls(likelihood, phi, likelihood.problem.total / trajectories)
 
@@ -109,17 +111,18 @@ class FeatureMatching:
         value, surplus = self.value_and_surplus(self.features @ weights)
         return value, self.features.T @ surplus
 
-    def value_and_surplus(self, state_reward: np.ndarray) -> tuple[float, np.ndarray]:
+    def value_and_surplus(self, reward: np.ndarray) -> tuple[float, np.ndarray]:
         """Entropy's dual for any reward: the mean log-likelihood of a trajectory's choices.
 
         Args:
-            state_reward: R, ``[n_states]``, earned on entering a state.
+            reward: R, ``[n_states]``, earned on entering a state, or ``[n_pairs]``, by acting, as
+                the features are of states or of pairs.
 
         Returns:
-            The value (≤ 0), and its gradient ``[n_states]``: how much more often each state is
-            entered, discounted, after the demonstrated actions than after the behaviour's own in
-            the same states. Where a trajectory leads is the model's chance in both, not what
-            came about.
+            The value (≤ 0), and its gradient, as many: how much more often each state is entered,
+            or each pair chosen, discounted, after the demonstrated actions than after the
+            behaviour's own in the same states. Where a trajectory leads is the model's chance in
+            both, not what came about.
         """
-        value, surplus = self.likelihood.value_and_gradient(state_reward)
+        value, surplus = self.likelihood.value_and_gradient(reward)
         return self.pairs_each * value, self.pairs_each * surplus

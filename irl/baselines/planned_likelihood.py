@@ -38,19 +38,30 @@ class PlannedLikelihood:
         gamma: float,
         maximum: Maximum,
         beta: float,
+        of_pairs: bool = False,
     ) -> "PlannedLikelihood":
-        """Prepare.
+        """Prepare; rewards are those of states, or of pairs if told so.
 
         Raises:
             InputError: if there is no demonstration, a pair is infeasible, β is not above 0, or
                 gamma is out of range.
         """
         check_range("beta", beta, 0.0, open_low=True)
-        problem = LikelihoodProblem.of(model, demonstrations)
-        return cls(problem, Planner(model, gamma, maximum), beta)
+        return cls.over(
+            LikelihoodProblem.of(model, demonstrations),
+            Planner(model, gamma, maximum, of_pairs=of_pairs),
+            beta,
+        )
+
+    @classmethod
+    def over(cls, problem: LikelihoodProblem, planner: Planner, beta: float) -> "PlannedLikelihood":
+        """From demonstrations prepared for a reward of states, whatever the planner plans for."""
+        return cls(problem.of_pairs() if planner.of_pairs else problem, planner, beta)
 
     def value_and_gradient(self, reward: np.ndarray) -> tuple[float, np.ndarray]:
         """Mean log-likelihood (≤ 0) at a reward ``[n_states]``, and its gradient in the reward.
+
+        So for a reward of pairs ``[n_pairs]``, if rewards are those of pairs.
 
         Raises:
             InputError: if the reward is not finite.
@@ -72,7 +83,7 @@ class PlannedLikelihood:
     def climb(
         self, features: Features, config: AscentConfig, callback: Callback | None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Climb (3.14) from ω = 0; R = Φ ω ``[n_states]`` and ω ``[d]``."""
+        """Climb (3.14) from ω = 0; R = Φ ω and ω ``[d]``."""
         answer = ascend(
             lambda weights: self.in_weights(features, weights),
             np.zeros(features.shape[1]),
@@ -82,7 +93,7 @@ class PlannedLikelihood:
         return features @ answer.x, answer.x
 
     def of_values(self, f: np.ndarray) -> tuple[float, np.ndarray]:
-        """Mean log-likelihood at f ``[n_states]``, and its gradient in f, ``[n_states]``."""
+        """Mean log-likelihood at what the planner's `solve` returns, and its gradient in that."""
         value, df, _ = self.problem.value_and_gradient(f[self.problem.states], self.beta)
         g = np.zeros(f.size)
         g[self.problem.states] = df

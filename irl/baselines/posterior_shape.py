@@ -57,7 +57,7 @@ def posterior_shape(
 
     Args:
         likelihood: of a label, in the mean.
-        phi: Φ, ``[n_states, d]``.
+        phi: Φ, ``[n_states, d]``, or of pairs ``[n_pairs, d]``.
         labels: how many labels there are.
         prior_scale: standard deviation of every weight beforehand.
         start: where to begin, ``[d]``.
@@ -77,10 +77,16 @@ def posterior_shape(
 def _fisher(likelihood: PlannedLikelihood, phi: Features, weights: np.ndarray) -> np.ndarray:
     """Fisher's information ``[d, d]`` of a label, in the mean."""
     seen, planner, model = likelihood.problem.seen, likelihood.planner, likelihood.planner.model
-    q = model.P @ planner.solve(phi @ weights)
+    q = planner.q(planner.solve(phi @ weights))
     greedy = np.where(model.widths > 0, model.table(q).argmax(axis=1), -1)
-    worth = entry_values(transition_matrix(model, greedy), phi, planner.gamma)
-    slopes = model.P[seen.rows] @ worth  # ∂Q/∂ω
+    P = transition_matrix(model, greedy)
+    if planner.of_pairs:
+        earned = np.zeros((model.n_states, phi.shape[1]))
+        earned[model.acting] = phi[model.pair_index(model.acting, greedy[model.acting])]
+        worth = entry_values(P, earned, planner.gamma)  # ∂V/∂ω
+        slopes = phi[seen.rows] + planner.gamma * (model.P[seen.rows] @ worth)
+    else:
+        slopes = model.P[seen.rows] @ entry_values(P, phi, planner.gamma)  # ∂Q/∂ω
     pi = np.exp(seen.groups.log_softmax(likelihood.beta * q[seen.rows]))
     expected = np.add.reduceat(pi[:, None] * slopes, seen.groups.first)
     surplus = slopes - expected[seen.groups.segment]

@@ -19,7 +19,7 @@ import numpy as np
 
 from irl.baselines.ascent import AscentConfig, Callback, sparse_ascend
 from irl.baselines.differentiable_planning import SoftMax
-from irl.baselines.features import state_features
+from irl.baselines.features import reward_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.choices import Limits
 from irl.demonstrations import Demonstrations
@@ -51,22 +51,23 @@ def sparse_planning(
     Args:
         model: the transition model.
         demonstrations: labelled pairs, in any order.
-        features: Φ of R = Φ ω (3.10), ``[n_states, d]``; one indicator per state if absent.
+        features: Φ of R = Φ ω (3.10), ``[n_states, d]``, or of pairs ``[n_states, n_actions, d]``;
+            one indicator per state if absent.
         gamma: discount factor in [0, 1).
         config: the price of rewards, and when the ascent ends.
         callback: follows the ascent.
 
     Returns:
-        R ``[n_states]``, earned on entering a state, in units of the demonstrator's temperature,
-        and ω ``[d]``.
+        R ``[n_states]``, earned on entering a state, or ``[n_pairs]``, earned by acting, in units
+        of the demonstrator's temperature, and ω ``[d]``.
 
     Raises:
         InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
             or the features are not finite or have a wrong shape.
     """
     config = config or SparseConfig()
-    phi = state_features(model, features)
-    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), beta=1.0)
+    phi, of_pairs = reward_features(model, features)
+    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), 1.0, of_pairs)
 
     def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
         return likelihood.in_weights(phi, weights)

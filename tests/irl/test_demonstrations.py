@@ -210,3 +210,15 @@ def test_runs_are_parted_where_a_move_is_impossible_and_the_places_are_counted(c
     again, none = parted.parted(chain)
     assert none == 0
     assert again.trajectory.tolist() == parted.trajectory.tolist()
+
+
+@pytest.mark.parametrize("pairs", [5, None, 0.5])
+def test_what_is_no_sequence_is_refused_in_a_line(pairs):
+    for door in (Demonstrations.from_pairs, Demonstrations.from_labels):
+        with pytest.raises(InputError, match=r"pairs: integers \[n, 2\] wanted"):
+            door(pairs)
+
+
+def test_the_number_of_a_run_is_never_cut_off():
+    with pytest.raises(InputError, match="trajectory: integers"):
+        Demonstrations.from_pairs([(0, 1)], trajectory=0.5)

@@ -162,10 +162,13 @@ def test_probabilities_of_float32_are_near_enough(table, model):
         ({"state_reward": np.full(N, np.nan)}, "state_reward: finite numbers"),
         (
             {"state_reward": np.zeros(N - 1)},
-            r"state_reward: finite numbers \[5\] wanted, got \[4\]",
+            r"state_reward: finite numbers \[5\] wanted, or of pairs \[5, 3\], got \[4\]",
         ),
-        ({"pair_reward": np.inf}, "pair_reward: finite"),
-        ({"pair_reward": np.zeros(3)}, r"pair_reward: finite numbers \[11\] wanted, got \[3\]"),
+        ({"pair_reward": np.inf}, "pair_reward: one finite"),
+        (
+            {"pair_reward": np.zeros(3)},
+            r"pair_reward: one finite number wanted, or \[11\], got \[3\]",
+        ),
         ({"start": []}, "start: at least one"),
         ({"start": [5]}, "start: must lie in 0…4"),
         ({"start": [0.5, 0.4, 0, 0, 0]}, "start: probabilities that sum to 1"),
@@ -177,3 +180,8 @@ def test_rewards_starts_and_discounts_are_checked(model, given, words):
     good = {"state_reward": np.zeros(N), "gamma": GAMMA, "start": [0]}
     with pytest.raises(InputError, match=words):
         expected_value_difference(model, np.zeros(N, int), **(good | given))
+
+
+def test_values_that_no_number_holds_are_refused(model):
+    with pytest.raises(InputError, match=r"state_reward: too large for γ = 0.9"):
+        policy_value(model, np.zeros(N, int), np.full(N, 1.5e308), GAMMA)

@@ -73,8 +73,10 @@ def test_a_task_of_ones_own(tmp_path):
 
 def test_demonstrations_of_ones_own(tmp_path):
     printed = run(blocks("experiments/own_data.md"), tmp_path)
-    action, inferred, value, soft_regret, difference = printed.splitlines()
+    action, inferred, priced, value, soft_regret, difference = printed.splitlines()
     assert action == inferred == "[1 1 1 2 0 0]"
+    left, right, stay = map(float, priced.strip("[]").split())
+    assert left == right < stay
     # 1 on entering room 3 and on every stay there, at a discount of 0.9: 1 / 0.1 from beside it.
     assert [float(number) for number in value.strip("[]").split()] == [8.1, 9, 10, 10, 10, 9]
     assert all(0 < float(number) < 0.5 for number in soft_regret.strip("[]").split())

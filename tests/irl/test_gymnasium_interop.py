@@ -357,3 +357,40 @@ def test_a_policy_of_another_environment_is_refused():
         play(make("FrozenLake-v1"), np.full(16, 4), seed=0)
     with pytest.raises(InputError, match=r"observation_space: a discrete space wanted.*Tuple"):
         play(make("Blackjack-v1"), np.zeros(16, int), seed=0)
+
+
+GOOD = {0: {0: [(1.0, 1, 0.0, False)]}, 1: {0: [(1.0, 1, 0.0, False)]}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({2: {0: [(1.0, 1, 0.0, False)]}}, r"P: state 2, .*states must lie in 0…1"),
+        ({0: {0: [(1.0, 7, 0.0, False)]}}, r"P: state 0, action 0, next state 7: states must lie"),
+        ({0: {3: [(1.0, 1, 0.0, False)]}}, r"P: state 0, action 3, .* actions in 0…"),
+        ({0: {0: [(1.0, 1, np.nan, False)]}}, "P: state 0, action 0: the reward is nan"),
+        ({1: {}}, "P: state 0, action 0 leads to state 1, of which nothing is told"),
+        ({"0": {0: [(1.0, 1, 0.0, False)]}}, "P: keys: integers"),
+        ({0: {0.5: [(1.0, 1, 0.0, False)]}}, r"P\[0\]: keys: integers"),
+    ],
+)
+def test_a_table_that_does_not_fit_its_spaces_is_refused_by_state_and_action(changes, words):
+    assert from_gymnasium(small(GOOD)).model.n_pairs == 2
+    with pytest.raises(InputError, match=words):
+        from_gymnasium(small(GOOD | changes))
+
+
+@pytest.mark.parametrize("start", [[np.nan, 1.0], [0.5, 0.0], [1.5, -0.5], ["a", "b"]])
+def test_starts_that_are_no_probabilities_are_refused(start):
+    env = small(GOOD)
+    env.unwrapped.initial_state_distrib = start
+    with pytest.raises(InputError, match="initial_state_distrib: "):
+        from_gymnasium(env)
+
+
+@pytest.mark.parametrize(
+    "given", [{"seed": -1}, {"seed": 0.5}, {"episodes": 2.5}, {"max_steps": np.nan}]
+)
+def test_numbers_of_play_that_are_no_whole_ones_are_refused_by_name(given):
+    with pytest.raises(InputError, match=f"^{next(iter(given))}: "):
+        play(Coin(), np.zeros(2, int), **({"seed": 0} | given))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from irl.errors import InputError
-from irl.integers import integers
+from irl.integers import integers, reals
 
 
 @pytest.mark.parametrize(
@@ -57,3 +57,24 @@ def test_limits_are_the_callers_and_the_types():
     with pytest.raises(InputError, match=r"must lie in 0…2147483647, is 4294967296 in row 0"):
         integers([2**32], "x", dtype=np.int32)
     assert integers([-3], "x", low=None).tolist() == [-3]
+
+
+def test_what_is_masked_is_never_taken_for_what_is_under_the_mask():
+    hidden = np.ma.array([0, 7], mask=[False, True])
+    with pytest.raises(InputError, match="states: 1 entries are masked"):
+        integers(hidden, "states")
+    with pytest.raises(InputError, match="reward: 1 entries are masked"):
+        reals(hidden, "reward")
+    np.testing.assert_array_equal(integers(np.ma.array([0, 7], mask=False), "states"), [0, 7])
+
+
+@pytest.mark.parametrize("values", ["one", ["1.5"], [1j], [None], [[1], [1, 2]]])
+def test_what_is_no_real_number_is_refused(values):
+    with pytest.raises(InputError, match="reward: "):
+        reals(values, "reward")
+
+
+def test_real_numbers_are_taken_as_they_are():
+    table = np.array([[0.5, np.nan]])
+    assert reals(table, "reward") is table
+    assert reals([1, 2], "reward").dtype == np.float64

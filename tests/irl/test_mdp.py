@@ -171,3 +171,15 @@ def test_a_row_that_is_no_distribution_is_named(chain, change, mask, message):
 def test_a_table_of_another_order_is_refused(shape):
     with pytest.raises(InputError, match=r"P\[s, a, s'\] of shape"):
         TransitionModel.from_dense(np.zeros(shape))
+
+
+@pytest.mark.parametrize("tolerance", [-1, np.nan, np.inf, 1.0])
+def test_a_tolerance_that_says_nothing_is_refused(tolerance):
+    with pytest.raises(InputError, match=r"tolerance: must be ≥ 0 and ≤ 0\.1"):
+        TransitionModel.from_dense(np.eye(2)[:, None, :], tolerance=tolerance)
+
+
+def test_a_table_with_a_mask_over_it_is_refused():
+    table = np.ma.array(np.eye(2)[:, None, :], mask=np.eye(2)[:, None, :] > 0)
+    with pytest.raises(InputError, match="transitions: 2 entries are masked"):
+        TransitionModel.from_dense(table)

@@ -9,6 +9,7 @@ from irl.baselines.birl import SamplingConfig
 from irl.demonstrations import Demonstrations
 from irl.domains.gridworld import GridWorld, goal_cell
 from irl.errors import InputError
+from irl.mdp import TransitionModel
 from irl.method_inputs import Inputs
 from irl.methods import METHODS, learn
 from irl.planning import transition_matrix, value_iteration
@@ -404,3 +405,43 @@ def test_progress_can_end_the_learning(worlds):
     problem = LearningProblem(world.model, gamma=GAMMA)
     with pytest.raises(EnoughError):
         learn("planning", problem, world.walks, rng=np.random.default_rng(0), progress=stop)
+
+
+@pytest.mark.parametrize("name", sorted(KEYS))
+def test_what_is_no_option_of_a_method_is_named_with_those_that_are(worlds, name):
+    world = worlds[5]
+    with pytest.raises(InputError, match=rf"{name}: option: unknown name 'sparsty'; valid: \w+"):
+        learn(name, world.model, world.walks, gamma=GAMMA, rng=np.random.default_rng(0), sparsty=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("planning", {"sparsity": "a"}, "sparsity: a number wanted, is 'a'"),
+        ("planning", {"max_iterations": 2.5}, "max_iterations: a whole number wanted, is 2.5"),
+        ("lp_basis", {"bumps": 2.5}, "bumps: a whole number wanted"),
+        ("fa_mlirl", {"networks": 1.5}, "networks: a whole number wanted"),
+        ("deep_max_ent", {"hidden": 8}, "hidden: several numbers wanted, is 8"),
+        ("deep_max_ent", {"hidden": (10**12,)}, "hidden: must be ≥ 1 and ≤ 10000"),
+        ("planning", {"gamma": "0.9"}, "gamma: a number wanted, is '0.9'"),
+        ("planning", {"gamma": [0.9]}, "gamma: a number wanted"),
+        ("planning", {"rng": 0}, "rng: numpy.random.default_rng"),
+        ("planning", {"rng": None}, "rng: numpy.random.default_rng"),
+        ("planning", {"advice": "left"}, "advice: Advice wanted, got str"),
+        ("deep_max_ent", {"features": np.full((25, 1), 1e39)}, "features: must be of a size near"),
+    ],
+)
+def test_an_option_of_a_wrong_kind_is_refused_by_name(worlds, name, options, words):
+    world = worlds[5]
+    given = {"gamma": GAMMA, "rng": np.random.default_rng(0), "features": world.grid.features}
+    with pytest.raises(InputError, match=words):
+        learn(name, world.model, world.walks, **(given | options))
+
+
+@pytest.mark.parametrize("name", sorted(KEYS))
+def test_demonstrations_without_a_choice_teach_nothing_and_it_is_said(name):
+    model = TransitionModel.from_dense(np.roll(np.eye(4), 1, axis=1)[:, None, :])
+    shown = Demonstrations.from_labels([(0, 0), (2, 0)])
+    rng = np.random.default_rng(0)
+    learnt = learn(name, model, shown, np.eye(4), gamma=GAMMA, rng=rng, **QUICK.get(name, {}))
+    assert "no demonstrated state offers a choice of actions" in learnt.note

@@ -163,9 +163,9 @@ def test_best_skips_states_without_actions(chain):
     ("arguments", "words"),
     [
         ({"gamma": 1.0}, "gamma: must be ≥ 0 and < 1"),
-        ({"state_reward": np.zeros(3)}, "state_reward must be finite"),
-        ({"state_reward": np.array([0, 0, 0, np.nan])}, "state_reward must be finite"),
-        ({"pair_reward": np.zeros(5)}, "pair_reward must be finite"),
+        ({"state_reward": np.zeros(3)}, "state_reward: finite numbers"),
+        ({"state_reward": np.array([0, 0, 0, np.nan])}, "state_reward: finite numbers"),
+        ({"pair_reward": np.zeros(5)}, "pair_reward: one finite number"),
     ],
 )
 def test_bad_arguments_are_named(chain, arguments, words):

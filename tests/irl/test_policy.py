@@ -243,3 +243,11 @@ def test_a_policy_of_another_size_than_the_task_is_refused(policy, tmp_path, sha
     save_policy(policy, tmp_path / "p.safetensors")
     with pytest.raises(InputError, match="'q' has 3 states and 3 actions, the task has"):
         load_policy(tmp_path / "p.safetensors", mask=np.ones(shape, dtype=bool))
+
+
+def test_a_digest_whose_name_was_damaged_is_no_older_file(tmp_path):
+    save_policy(Policy.from_q(np.eye(2), np.ones((2, 2), dtype=bool)), tmp_path / "p")
+    told = (tmp_path / "p").read_bytes()
+    (tmp_path / "p").write_bytes(told.replace(b'"digest"', b'"digezt"'))
+    with pytest.raises(InputError, match="metadata field 'digezt' is unknown"):
+        load_policy(tmp_path / "p")

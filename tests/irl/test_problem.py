@@ -48,7 +48,10 @@ def test_features_come_as_the_numbers_asked_for(chain, dtype):
     [
         ({"gamma": 1.0}, r"gamma: must lie in \[0, 1\), is 1.0"),
         ({"gamma": float("nan")}, "gamma"),
-        ({"features": np.zeros(4)}, r"features: numbers \[4, d\] wanted, got float64 \[4\]"),
+        (
+            {"features": np.zeros(4)},
+            r"features: numbers \[4, d\] wanted, or \[4, 2, d\] of pairs, got float64 \[4\]",
+        ),
         ({"features": np.zeros((3, 2))}, r"features: .* got float64 \[3, 2\]"),
         ({"features": np.full((4, 1), np.nan)}, "features: must be finite"),
         ({"features": np.array([["a"]] * 4)}, "features: numbers"),

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from experiments.kit.feature_plots import expected_visits, plane, plot_over_features
+from experiments.kit.feature_plots import expected_visits, of_states, plane, plot_over_features
 from experiments.own_task import workshop
 
 
@@ -19,6 +19,12 @@ def test_visits_are_those_of_the_chain_step_by_step():
     np.testing.assert_allclose(
         expected_visits(model, action, np.array([0, 4]), 0.9), expected, atol=1e-12
     )
+
+
+def test_of_a_reward_of_pairs_a_state_shows_that_of_what_is_done():
+    reward = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
+    np.testing.assert_array_equal(of_states(reward, np.array([1, 0, -1])), [2.0, 3.0, np.nan])
+    np.testing.assert_array_equal(of_states(reward[:, 0], np.array([1, 0, -1])), [1.0, 3.0, 5.0])
 
 
 def test_two_features_are_the_axes_and_more_are_brought_to_two():

@@ -119,3 +119,30 @@ def test_bad_arguments_are_named(chain):
         lp_basis(chain, np.zeros(4, dtype=int), gamma=GAMMA)
     with pytest.raises(InputError, match="features"):
         lp_basis(chain, policy, np.zeros((3, 2)), gamma=GAMMA)
+
+
+def test_of_rewards_that_are_nearly_as_good_the_smallest_margin_is_made_largest(random_model):
+    # By dense algebra: f = (I − γ P_π)⁻¹ Φ ω, and a margin is P_π f − P_a f.
+    rng = np.random.default_rng(5)
+    model = random_model(rng, n_states=12, n_actions=3)
+    phi = rng.normal(size=(12, 4))
+    policy = np.where(model.widths > 0, value_iteration(model, phi[:, 0], 0.9)[1].argmax(1), -1)
+
+    def smallest_and_sum(slack):
+        R, _ = lp_basis(model, policy, phi, gamma=0.9, slack=slack)
+        P = transition_matrix(model, policy).toarray()
+        q = model.q_values(np.linalg.solve(np.eye(12) - 0.9 * P, R))
+        lead = []
+        for s in np.flatnonzero(model.widths > 1):
+            others = np.delete(q[s], policy[s])
+            lead.append(q[s, policy[s]] - others.max())
+        return min(lead), sum(np.where(np.array(lead) < 0, 2 * np.array(lead), lead))
+
+    smallest, total = smallest_and_sum(0.0)
+    for slack in (0.05, 0.3):
+        larger, kept = smallest_and_sum(slack)
+        assert larger >= smallest - 1e-9
+        assert kept >= (1 - slack) * total - 1e-6
+    assert larger > smallest + 1e-3
+    with pytest.raises(InputError, match="slack"):
+        lp_basis(model, policy, phi, gamma=0.9, slack=1.5)

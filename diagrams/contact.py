@@ -27,6 +27,8 @@ from models.task.spaces import CUBE_EDGE
 
 TIME_STEP = 0.002
 """Discrete step [s]."""
+RESTITUTIONS = (0.05, 0.98)
+"""Coefficients of restitution that dissipation can give."""
 IMPACT_SPEED = math.sqrt(2.0 * 9.81 * 0.08)
 """Of a cube that fell 8 cm, from the upper layer to the table [m/s]."""
 
@@ -69,7 +71,7 @@ def set_restitution(
         plant: registered with ``scene_graph``.
         scene_graph: has the shapes.
         root: context of the diagram; the models themselves stay as they are.
-        restitution: speed after a blow at `IMPACT_SPEED` ÷ speed before, from 0.05 to 0.98.
+        restitution: speed after a blow at `IMPACT_SPEED` ÷ before, within `RESTITUTIONS`.
     """
     frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(CUBE).index())
     value = dissipation(restitution, IMPACT_SPEED)
@@ -85,14 +87,15 @@ def dissipation(restitution: float, speed: float) -> float:
     ``u = d·ẋ``, being the same before and after the blow: stiffness, shape and mass drop out.
 
     Args:
-        restitution: speed after ÷ before, from 0.05 to 0.98.
+        restitution: speed after ÷ before, within `RESTITUTIONS`.
         speed: before the blow [m/s].
 
     Raises:
         ModelError: if the restitution is outside of that.
     """
-    if not 0.05 <= restitution <= 0.98:
-        raise ModelError(f"restitution: {restitution}; valid: 0.05 to 0.98")
+    least, most = RESTITUTIONS
+    if not least <= restitution <= most:
+        raise ModelError(f"restitution: {restitution}; valid: {least:g} to {most:g}")
 
     def gained(u: float) -> float:
         return u - np.log1p(u) - (-restitution * u - np.log1p(-restitution * u))

@@ -6,8 +6,11 @@ hold without slip and releases are quiet; point contact slips, and the SAP appro
 the cube as the fingers open.
 """
 
+import math
+from typing import Any
+
 import numpy as np
-from pydrake.geometry import ProximityProperties, RoleAssign, SceneGraph
+from pydrake.geometry import GeometryId, ProximityProperties, Role, RoleAssign, SceneGraph
 from pydrake.multibody.plant import (
     ContactModel,
     CoulombFriction,
@@ -16,22 +19,29 @@ from pydrake.multibody.plant import (
 )
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.framework import Context
+from scipy.optimize import brentq
 
+from models.errors import ModelError
 from models.scenes.parsing import CUBE
 from models.task.spaces import CUBE_EDGE
 
 TIME_STEP = 0.002
 """Discrete step [s]."""
+RESTITUTIONS = (0.05, 0.98)
+"""Coefficients of restitution that dissipation can give."""
+IMPACT_SPEED = math.sqrt(2.0 * 9.81 * 0.08)
+"""Of a cube that fell 8 cm, from the upper layer to the table [m/s]."""
 
 
 def use_grasp_contact(plant: MultibodyPlant) -> None:
     """Choose the contact model and solver; call before ``plant.Finalize()``.
 
     The lagged approximation keeps the SAP solver, which couplers and implicit position
-    control need.
+    control need; CENIC, which integrates plants with continuous state, has its own.
     """
     plant.set_contact_model(ContactModel.kHydroelasticWithFallback)
-    plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
+    if plant.time_step() > 0.0:
+        plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
 
 
 def set_friction(
@@ -45,18 +55,72 @@ def set_friction(
         root: context of the diagram; the models themselves stay as they are.
         coefficient: static and dynamic alike.
     """
-    inspector = scene_graph.model_inspector()
-    context = scene_graph.GetMyMutableContextFromRoot(root)
     friction = CoulombFriction(coefficient, coefficient)
-    for geometry_id in inspector.GetAllGeometryIds():
-        old = inspector.GetProximityProperties(geometry_id)
-        if old is None:
-            continue
-        properties = ProximityProperties(old)
-        properties.UpdateProperty("material", "coulomb_friction", friction)
-        scene_graph.AssignRole(
-            context, plant.get_source_id(), geometry_id, properties, RoleAssign.kReplace
-        )
+    for shape in scene_graph.model_inspector().GetAllGeometryIds():
+        _set_material(plant, scene_graph, root, shape, "coulomb_friction", friction)
+
+
+def set_restitution(
+    plant: MultibodyPlant, scene_graph: SceneGraph, root: Context, restitution: float
+) -> None:
+    """Let the cube rebound from the table with a coefficient of restitution, after a fall.
+
+    The table is rigid, so that the dissipation of their contact is the cube's own.
+
+    Args:
+        plant: registered with ``scene_graph``.
+        scene_graph: has the shapes.
+        root: context of the diagram; the models themselves stay as they are.
+        restitution: speed after a blow at `IMPACT_SPEED` ÷ before, within `RESTITUTIONS`.
+    """
+    frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(CUBE).index())
+    value = dissipation(restitution, IMPACT_SPEED)
+    for shape in scene_graph.model_inspector().GetGeometries(frame, Role.kProximity):
+        _set_material(plant, scene_graph, root, shape, "hunt_crossley_dissipation", value)
+
+
+def dissipation(restitution: float, speed: float) -> float:
+    """Hunt and Crossley's dissipation [s/m] of a contact that gives a restitution at a speed.
+
+    Where the force is ``f(x)·(1 + d·ẋ)`` for any ``f`` that depends on penetration alone, the
+    equation of motion ``m·ẋ·dẋ/dx = −f·(1 + d·ẋ)`` integrates to ``u − ln(1 + u)``, with
+    ``u = d·ẋ``, being the same before and after the blow: stiffness, shape and mass drop out.
+
+    Args:
+        restitution: speed after ÷ before, within `RESTITUTIONS`.
+        speed: before the blow [m/s].
+
+    Raises:
+        ModelError: if the restitution is outside of that.
+    """
+    least, most = RESTITUTIONS
+    if not least <= restitution <= most:
+        raise ModelError(f"restitution: {restitution}; valid: {least:g} to {most:g}")
+
+    def gained(u: float) -> float:
+        return u - np.log1p(u) - (-restitution * u - np.log1p(-restitution * u))
+
+    # Positive for weak dissipation, negative where the speed after comes near 1/d, its limit.
+    return float(brentq(gained, 1e-2, (1.0 - 1e-15) / restitution) / speed)
+
+
+def _set_material(
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    root: Context,
+    shape: GeometryId,
+    name: str,
+    value: Any,
+) -> None:
+    """Give one shape a property of its material, in one simulation."""
+    context = scene_graph.GetMyMutableContextFromRoot(root)
+    inspector = scene_graph.get_query_output_port().Eval(context).inspector()
+    old = inspector.GetProximityProperties(shape)
+    if old is None:
+        return
+    properties = ProximityProperties(old)
+    properties.UpdateProperty("material", name, value)
+    scene_graph.AssignRole(context, plant.get_source_id(), shape, properties, RoleAssign.kReplace)
 
 
 def set_cube_mass(plant: MultibodyPlant, context: Context, mass: float) -> None:

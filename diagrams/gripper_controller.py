@@ -2,7 +2,12 @@
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
+from pydrake.multibody.tree import (
+    ModelInstanceIndex,
+    PdControllerGains,
+    SpatialInertia,
+    UnitInertia,
+)
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import MatrixGain
 
@@ -19,6 +24,8 @@ FORCE_RANGE = (20.0, 235.0)
 KNUCKLE_SPEED = 0.5
 """Knuckle velocity limit [rad/s]: the gap between the pads closes at about 0.05 m/s, each pad doing
 half of it."""
+FINGER_INERTIA = 0.005
+"""Of each moving part of the fingers about its joint, besides its own [kg m²]."""
 _GAINS = PdControllerGains(p=100.0, d=2.0)
 _BOTH = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 """From one knuckle's position and velocity to the desired state of the two actuators."""
@@ -44,6 +51,28 @@ def prepare_gripper(
         actuator = plant.GetJointActuatorByName(f"{side}_knuckle", hand)
         actuator.set_controller_gains(_GAINS)
         actuator.set_effort_limit(torque)
+
+
+def add_finger_inertia(
+    plant: MultibodyPlant, context: Context, hand: ModelInstanceIndex, inertia: float
+) -> None:
+    """Give each moving part of the fingers more inertia about its joint [kg m²], in a context.
+
+    As rotors behind gears do: `FINGER_INERTIA` is what MuJoCo Menagerie's model of the 2F-85 gives
+    its drivers. It also lets error control take long steps: how far the couplers give under the
+    grip's load depends on the length of a step and on this inertia, and without it the fingers
+    tremble as the length changes.
+    """
+    for side in ("left", "right"):
+        for part in ("outer_knuckle", "inner_knuckle", "inner_finger"):
+            body = plant.GetBodyByName(f"{side}_{part}", hand)
+            own = body.default_spatial_inertia()
+            mass = own.get_mass()
+            unit = own.get_unit_inertia().CopyToFullMatrix3() + inertia / mass * np.eye(3)
+            moments, products = unit.diagonal(), (unit[0, 1], unit[0, 2], unit[1, 2])
+            body.SetSpatialInertiaInBodyFrame(
+                context, SpatialInertia(mass, own.get_com(), UnitInertia(*moments, *products))
+            )
 
 
 class _KnuckleCommand(LeafSystem):

@@ -4,7 +4,9 @@ The rooms, in reading order:
 
 * `record`: what a trial is told, and what it reports;
 * `initial_state`: the noise it draws, and how a held cube lies in the hand;
-* `rig`, `floating`: the floating gripper's scene, and the course of a trial in it;
+* `references`, `rig`, `floating`: what gantry and gripper follow, their scene, and the course of a
+  trial in it;
+* `landing`: how a cube that was let go falls, lands and comes to rest;
 * `arm`: the same with the whole station;
 * `verdict`: from the cube's pose at the end to a record;
 * `plan`: how many trials a class deserves, and which comes next;

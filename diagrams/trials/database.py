@@ -49,7 +49,7 @@ class Campaign:
 
     def content(self) -> dict[str, Any]:
         """Return plain values, as stored."""
-        return json.loads(json.dumps(asdict(self)))
+        return json.loads(json.dumps({**asdict(self), "trial": self.trial.content()}))
 
     @property
     def hash(self) -> str:

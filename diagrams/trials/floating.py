@@ -15,7 +15,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from diagrams.state_identifier import identify_state, is_held
 from diagrams.trials.initial_state import NotHeld, begin, held_pose
 from diagrams.trials.record import Noise, Pair, TrialConfig, TrialRecord
-from diagrams.trials.rig import SPEED, TURN_SPEED, TrialRig, TrialScene
+from diagrams.trials.references import SPEED, TURN_SPEED
+from diagrams.trials.rig import TrialRig, TrialScene
 from diagrams.trials.verdict import judge_pose
 from models.maps.gripper_poses import grasp_position
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix
@@ -49,7 +50,7 @@ def run_trial(
     """Run one trial; the record depends on configuration, pair, seed and turn alone.
 
     Args:
-        rig: built with the configuration's time step.
+        rig: built for the configuration.
         config: course and noise.
         pair: what is tried.
         seed: of the noise.
@@ -65,7 +66,8 @@ def run_trial(
 
     def attempt(noise: Noise) -> TrialRecord:
         tilt = rotation_vector_to_matrix([noise.gripper_roll, noise.gripper_pitch, 0.0])
-        scene = TrialScene(rig, R_WG[hand] @ tilt, turn_W, friction=noise.friction, mass=noise.mass)
+        material = {name: getattr(noise, name) for name in ("friction", "mass", "restitution")}
+        scene = TrialScene(rig, R_WG[hand] @ tilt, turn_W, **material)
         turned_further = replace(noise, turn_about_closing=noise.turn_about_closing + turned)
         return _COURSES[action.kind](_Attempt(scene, config, state, action, turned_further))
 
@@ -136,7 +138,7 @@ def _carry(trial: _Attempt) -> TrialRecord:
     scene.command(goal, 0.0, turned=True)
     scene.advance(seconds + trial.config.settle_s)
     if not _holds(scene):
-        _wait_for_rest(trial)
+        _come_to_rest(trial)
     return _judge(trial, goal, grip, _slip(scene, grip))
 
 
@@ -146,10 +148,14 @@ def _drop(trial: _Attempt) -> TrialRecord:
     grip = _hold(trial)
     slip = _slip(scene, grip)
     scene.command(p_WG, gripper.MAX_OPENING)
+    if trial.noise.restitution is not None:
+        scene.let_go()
+        scene.land(opens=True, rise=WITHDRAWAL, limit=trial.config.rest_limit_s)
+        return _judge(trial, p_WG, grip, slip)
     scene.advance(trial.config.release_s)
     scene.command(p_WG + np.array([0.0, 0.0, WITHDRAWAL]), gripper.MAX_OPENING)
     scene.advance(WITHDRAWAL / SPEED)
-    _wait_for_rest(trial)
+    _come_to_rest(trial)
     return _judge(trial, p_WG, grip, slip)
 
 
@@ -184,7 +190,11 @@ def _hold(trial: _Attempt) -> _Grip:
     return _Grip(X_GO, scene.opening, scene.pad_force)
 
 
-def _wait_for_rest(trial: _Attempt) -> None:
+def _come_to_rest(trial: _Attempt) -> None:
+    """Wait for a cube that is not held, in the scene it is in if there is no other."""
+    if trial.noise.restitution is not None:
+        trial.scene.land(opens=False, rise=0.0, limit=trial.config.rest_limit_s)
+        return
     scene, deadline = trial.scene, trial.scene.time + trial.config.rest_limit_s
     while scene.cube_speed > REST_SPEED and scene.time < deadline:
         scene.advance(trial.config.settle_s)

@@ -29,6 +29,7 @@ def draw_noise(config: TrialConfig, rng: np.random.Generator) -> Noise:
         gripper_pitch=rng.normal(0.0, config.tilt_sd),
         friction=rng.uniform(*config.friction),
         mass=rng.uniform(*config.mass),
+        restitution=rng.uniform(*config.restitution) if config.solver == "cenic" else None,
     )
 
 

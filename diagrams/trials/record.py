@@ -1,15 +1,34 @@
 """What a grasp trial is told and what it reports: plain records, nothing of the simulator."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
-from diagrams.contact import TIME_STEP
+from diagrams.contact import RESTITUTIONS, TIME_STEP
 from diagrams.faults import first_line
+from diagrams.gripper_controller import FINGER_INERTIA
 from models.errors import ModelError
 from models.task.pairs import pair_key, split_key
 from models.task.trial_classes import TrialClasses
+
+Solver = Literal["discrete", "cenic"]
+
+_SECONDS = {"time_step": 0.1, "close_s": 60.0, "settle_s": 60.0, "release_s": 60.0}
+_ACCURACY = (1e-9, 0.1)
+_NUMBERS = {
+    "accuracy": _ACCURACY,
+    "turning_accuracy": _ACCURACY,
+    "landing_accuracy": _ACCURACY,
+    "finger_inertia": (0.0, 1.0),
+    "position_sd": (0.0, 1.0),
+    "yaw_sd": (0.0, math.pi),
+    "tilt_sd": (0.0, math.pi),
+    "rest_limit_s": (0.0, 600.0),
+}
+_CENIC = (*(n for n in _NUMBERS if "accuracy" in n), "finger_inertia", "restitution")
+"""What the discrete solver does not ask for."""
+_RANGES = {"friction": (1e-6, 10.0), "mass": (1e-300, 100.0), "restitution": RESTITUTIONS}
 
 
 @dataclass(frozen=True)
@@ -20,8 +39,21 @@ class TrialConfig:
     placement errors of a few millimetres and degrees, pads that wear, cubes that differ.
     """
 
+    solver: Solver = "discrete"
+    """What simulates the floating gripper: the discrete solver, whose steps are all equal, as for
+    the whole arm, or Drake's CENIC, an integrator that controls its error by the length of its
+    steps. With it alone a cube that is let go lands blow by blow."""
     time_step: float = TIME_STEP
-    """The time step of the discrete solver [s]."""
+    """The time step of the discrete solver, and of the whole arm [s]."""
+    accuracy: float = 1e-3
+    """The accuracy of CENIC while the hand closes, holds and carries."""
+    turning_accuracy: float = 1e-4
+    """The accuracy of CENIC in trials that turn the hand."""
+    landing_accuracy: float = 1e-6
+    """The accuracy of CENIC while a cube falls, lands and comes to rest."""
+    finger_inertia: float = FINGER_INERTIA
+    """The inertia of each moving part of the fingers about its joint, beside its own, for CENIC
+    [kg m²]."""
     position_sd: float = 0.002
     """How far the cube lies off the gripper's target, in x and y: a standard deviation [m]."""
     yaw_sd: float = 0.05
@@ -32,6 +64,11 @@ class TrialConfig:
     """The range of the coefficient of friction of cube, pads and table, drawn uniformly."""
     mass: tuple[float, float] = (0.08, 0.12)
     """The range of the cube's mass, drawn uniformly [kg]."""
+    restitution: tuple[float, float] = (0.4, 0.6)
+    """The range of the coefficient of restitution of cube and table, drawn uniformly.
+    Tables give 0.5 for wood on wood and 0.60 for a wooden ball on a hard floor (The Physics
+    Factbook, "Coefficients of restitution", 2006); it differs from wood to wood (J. Soc. Mat. Sci.
+    Japan 71, 603, 2022). The discrete solver cannot resolve a blow and leaves it to the models."""
     close_s: float = 1.3
     """The time from the command to close until the lift [s]."""
     settle_s: float = 0.3
@@ -41,25 +78,34 @@ class TrialConfig:
     rest_limit_s: float = 3.0
     """The longest wait for a released cube to come to rest [s]."""
 
+    def content(self) -> dict[str, Any]:
+        """What decides how trials come out, by name: so too for campaigns older than CENIC."""
+        own = asdict(self)
+        if self.solver == "discrete":
+            for name in ("solver", *_CENIC):
+                del own[name]
+        return own
+
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated, by a ModelError that names the field and its choices."""
-        limits = {"time_step": 0.1, "close_s": 60.0, "settle_s": 60.0, "release_s": 60.0}
-        for name, most in limits.items():
+        if self.solver not in get_args(Solver):
+            valid = ", ".join(get_args(Solver))
+            raise ModelError(f"trial: solver is {self.solver!r}; give one of {valid}")
+        for name, most in _SECONDS.items():
             if not 0.0 < getattr(self, name) <= most:
                 raise ModelError(
                     f"trial: {name} is {getattr(self, name)}; give seconds above 0, up to {most:g}"
                 )
-        limits = {"position_sd": 1.0, "yaw_sd": math.pi, "tilt_sd": math.pi, "rest_limit_s": 600.0}
-        for name, most in limits.items():
-            if not 0.0 <= getattr(self, name) <= most:
+        for name, (least, most) in _NUMBERS.items():
+            if not least <= getattr(self, name) <= most:
                 raise ModelError(
-                    f"trial: {name} is {getattr(self, name)}; give 0 or more, up to {most:g}"
+                    f"trial: {name} is {getattr(self, name)}; give {least:g} to {most:g}"
                 )
-        for name, most in {"friction": 10.0, "mass": 100.0}.items():
+        for name, (least, most) in _RANGES.items():
             low, high = getattr(self, name)
-            if not 0.0 < low <= high <= most:
+            if not least <= low <= high <= most:
                 raise ModelError(
-                    f"trial: {name} is {low}, {high}; give two numbers above 0 and up to "
+                    f"trial: {name} is {low}, {high}; give two numbers from {least:g} to "
                     f"{most:g}, the lower first"
                 )
 
@@ -113,6 +159,7 @@ class Noise:
         gripper_pitch: the same about y.
         friction: coefficient, of everything.
         mass: of the cube [kg].
+        restitution: coefficient, of cube and table; None where it was left to the model files.
     """
 
     x: float
@@ -123,6 +170,7 @@ class Noise:
     gripper_pitch: float
     friction: float
     mass: float
+    restitution: float | None = None
 
 
 class Outcome(StrEnum):

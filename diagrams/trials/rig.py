@@ -12,13 +12,15 @@ from pydrake.multibody.tree import (
     SpatialInertia,
     UnitInertia,
 )
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from diagrams.contact import set_cube_mass, set_friction, use_grasp_contact
 from diagrams.faults import simulating
-from diagrams.gripper_controller import GripperController, prepare_gripper
-from diagrams.reference_ramp import ReferenceRamp
+from diagrams.gripper_controller import KNUCKLE_SPEED, add_finger_inertia, prepare_gripper
+from diagrams.trials.landing import LandingScene, Release
+from diagrams.trials.record import TrialConfig
+from diagrams.trials.references import SteppedReferences, TimedReferences
 from models.scenes import gripper
 from models.scenes.parsing import CUBE, add_models
 from models.task.spaces import CUBE_EDGE
@@ -27,10 +29,10 @@ MODEL_FILES = ("table.sdf", "gantry.urdf", "robotiq_2f_85.urdf", "cube.sdf")
 """What the scene consists of."""
 COLUMN = np.array([0.55, 0.0])
 """x, y of the table's middle [m]."""
-SPEED = 0.1
-"""Of the slides [m/s]."""
-TURN_SPEED = 1.5
-"""Of the turret [rad/s], somewhat faster than the arm's wrist."""
+LONGEST_STEP = 0.1
+"""Of the integrator with error control [s]."""
+_LETTING_GO = 0.1  # the force of the pads is gone sooner after it begins to go down [s]
+_GLANCE = 0.005  # between two looks at whether it is gone [s]
 _TURRET = SpatialInertia(0.5, np.zeros(3), UnitInertia.SolidSphere(0.4))
 """Stands for the arm's effective inertia behind a gripper that turns."""
 _X_GB = RigidTransform([0.0, 0.0, -gripper.TCP_FROM_FLANGE])
@@ -42,22 +44,31 @@ class TrialRig:
 
     ::
 
-       gantry.position_command ── ReferenceRamp ──┐
-                                                  ├── plant: gantry, 2F-85, cube, table
-       gripper.position_command ── GripperController
+       references of gantry and gripper ──┐
+                                          ├── plant: gantry, 2F-85, cube, table
+       support ───────────────────────────┘
 
     The gantry is three slides that carry the tool centre point, and a turret that turns the
     gripper about an axis through it. That axis, and how the gripper sits on the turret, are
     parameters of the context: one plant serves every orientation and every turn.
     """
 
-    def __init__(self, time_step: float) -> None:
-        """Build the diagram, its discrete solver's step in seconds."""
+    def __init__(self, config: TrialConfig) -> None:
+        """Build the diagram.
+
+        Args:
+            config: of the trials it is for, for its solver.
+        """
+        self.config = config
+        self.landing = LandingScene(config.landing_accuracy) if config.solver == "cenic" else None
         builder = DiagramBuilder()
-        plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step)
+        plant, self.scene_graph = AddMultibodyPlantSceneGraph(
+            builder, 0.0 if self.landing else config.time_step
+        )
         use_grasp_contact(plant)
-        # Ports that are sampled hold copies of every step's results; here they are read rarely.
-        plant.SetUseSampledOutputPorts(False)
+        if not self.landing:
+            # Sampled ports hold copies of every step's results; here they are read rarely.
+            plant.SetUseSampledOutputPorts(False)
         add_models(plant, *MODEL_FILES)
         table = RigidTransform([*COLUMN, 0.5])
         plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table"), table)
@@ -88,19 +99,10 @@ class TrialRig:
         self.plant = plant
         self.cube = plant.GetBodyByName(CUBE)
         self.palm = plant.GetBodyByName("base", self.hand)
+        self.knuckle = plant.GetJointByName("left_knuckle", self.hand)
 
-        self.gripper = GripperController.add_to_builder(builder, plant, self.hand)
-        self.ramp = builder.AddNamedSystem(
-            "gantry_ramp",
-            ReferenceRamp(4, speed=[SPEED, SPEED, SPEED, TURN_SPEED], period=time_step),
-        )
-        builder.Connect(
-            self.ramp.get_output_port(), plant.get_desired_state_input_port(self.gantry)
-        )
-        builder.ExportInput(self.ramp.get_input_port(), "gantry.position_command")
-        builder.ExportInput(
-            self.gripper.GetInputPort("position_command"), "gripper.position_command"
-        )
+        kind = TimedReferences if self.landing else SteppedReferences
+        self.references = kind(builder, plant, self.gantry, self.hand)
         builder.ExportInput(plant.get_applied_generalized_force_input_port(), "support")
         self.diagram = builder.Build()
 
@@ -127,6 +129,7 @@ class TrialScene:
         *,
         friction: float,
         mass: float,
+        restitution: float | None = None,
     ) -> None:
         """Set what stays the same through a trial.
 
@@ -137,8 +140,12 @@ class TrialScene:
                 gripper by; none if absent.
             friction: coefficient, of everything.
             mass: of the cube [kg].
+            restitution: of cube and table, if a fall has a scene of its own.
         """
         self._rig, self._mass = rig, mass
+        self._material = {"friction": friction, "mass": mass}
+        if restitution is not None:
+            self._material["restitution"] = restitution
         self.clearance = np.inf
         """Smallest distance between hand and table after any `advance` so far [m]."""
         self._simulator = Simulator(rig.diagram)
@@ -146,6 +153,10 @@ class TrialScene:
         self._context = rig.plant.GetMyMutableContextFromRoot(self._root)
         self.turn_angle = 0.0 if turn_W is None else float(np.linalg.norm(turn_W))
         """Of the turn that `command` may ask for [rad]."""
+        if rig.landing:
+            accuracy = rig.config.turning_accuracy if self.turn_angle else rig.config.accuracy
+            ResetIntegratorFromFlags(self._simulator, "cenic", LONGEST_STEP)
+            self._simulator.get_mutable_integrator().set_target_accuracy(accuracy)
         # Frame A has its z along the axis.
         axis_W = (
             turn_W / self.turn_angle if turn_W is not None and self.turn_angle else [0.0, 0.0, 1.0]
@@ -156,6 +167,8 @@ class TrialScene:
         rig.mount.SetPoseInParentFrame(self._context, RigidTransform(R_AG) @ _X_GB)
         set_friction(rig.plant, rig.scene_graph, self._root, friction)
         set_cube_mass(rig.plant, self._context, mass)
+        if rig.landing:
+            add_finger_inertia(rig.plant, self._context, rig.hand, rig.config.finger_inertia)
 
     def start(self, p_WG: np.ndarray, width: float, X_WO: RigidTransform) -> None:
         """Put gripper (opening in metres) and cube in place, at rest.
@@ -169,18 +182,15 @@ class TrialScene:
         for name, angle in zip(gripper.JOINTS, angles, strict=True):
             rig.plant.GetJointByName(name, rig.hand).set_angle(self._context, angle)
         rig.plant.SetFreeBodyPose(self._context, rig.cube, X_WO)
-        rig.ramp.set_reference(rig.ramp.GetMyMutableContextFromRoot(self._root), [*p_WG, 0.0])
-        rig.gripper.set_opening(self._root, width)
+        rig.references.start(self._root, [*p_WG, 0.0], width)
         self.support(False)
         with simulating():
             self._simulator.Initialize()
 
     def command(self, p_WG: np.ndarray, width: float, *, turned: bool = False) -> None:
         """Send tool centre point and opening on their way [m], and the gripper to its turn."""
-        diagram = self._rig.diagram
         gantry = [*p_WG, self.turn_angle if turned else 0.0]
-        diagram.GetInputPort("gantry.position_command").FixValue(self._root, gantry)
-        diagram.GetInputPort("gripper.position_command").FixValue(self._root, [width])
+        self._rig.references.command(self._root, gantry, width)
 
     def support(self, on: bool) -> None:
         """Carry the cube's weight, while the fingers have not closed on it yet."""
@@ -201,6 +211,45 @@ class TrialScene:
             self._simulator.AdvanceTo(self._root.get_time() + seconds)
             # Asked within: this is where a pose that is not finite any more shows.
             self.clearance = min(self.clearance, self._hand_to_table())
+
+    def let_go(self) -> None:
+        """Simulate an opening hand up to where its fingers no longer press on the cube.
+
+        A closed hand's command lies far beyond what it holds: it opens a while after it is told.
+
+        Raises:
+            SimulatorFault: if the solver fails.
+        """
+        rig = self._rig
+        beyond = rig.references.knuckle(self._root) - rig.knuckle.get_angle(self._context)
+        self.advance(max(0.0, beyond / KNUCKLE_SPEED - _LETTING_GO))
+        deadline = self.time + 2 * _LETTING_GO
+        while self.pad_force > 0.0 and self.time < deadline:
+            self.advance(_GLANCE)
+
+    def land(self, *, opens: bool, rise: float, limit: float) -> None:
+        """Let a cube that the hand does not hold come to rest.
+
+        Args:
+            opens: whether the fingers are opening.
+            rise: as `LandingScene.come_to_rest` takes it.
+            limit: the same.
+
+        Raises:
+            SimulatorFault: if the solver fails.
+        """
+        rig, context = self._rig, self._context
+        assert rig.landing is not None
+        release = Release(
+            rig.palm.EvalPoseInWorld(context),
+            rig.knuckle.get_angle(context),
+            opens,
+            self.X_WO,
+            rig.cube.EvalSpatialVelocityInWorld(context),
+        )
+        X_WO, V_WO = rig.landing.come_to_rest(release, rise, limit, **self._material)
+        rig.plant.SetFreeBodyPose(context, rig.cube, X_WO)
+        rig.plant.SetFreeBodySpatialVelocity(context=context, body=rig.cube, V_JpJc=V_WO)
 
     @property
     def time(self) -> float:
@@ -225,12 +274,14 @@ class TrialScene:
     @property
     def opening(self) -> float:
         """Between the pads [m]."""
-        return self._measured("position_measured")
+        return float(gripper.opening(self._rig.knuckle.get_angle(self._context)))
 
     @property
     def pad_force(self) -> float:
         """Of each pad [N]."""
-        return self._measured("force_measured")
+        torque = self._rig.plant.get_net_actuation_output_port(self._rig.hand).Eval(self._context)
+        rate = gripper.closing_rate(self._rig.knuckle.get_angle(self._context))
+        return float(torque.mean() / rate)
 
     @property
     def cube_speed(self) -> float:
@@ -238,11 +289,6 @@ class TrialScene:
         velocity = self._rig.cube.EvalSpatialVelocityInWorld(self._context)
         spin = np.linalg.norm(velocity.rotational()) * CUBE_EDGE
         return float(np.linalg.norm(velocity.translational()) + spin)
-
-    def _measured(self, port: str) -> float:
-        controller = self._rig.gripper
-        context = controller.GetMyContextFromRoot(self._root)
-        return float(controller.GetOutputPort(port).Eval(context)[0])
 
     def _hand_to_table(self) -> float:
         rig = self._rig

@@ -6,10 +6,11 @@ from pathlib import Path
 
 from models.errors import ModelError
 
-SCHEMA_VERSION = 3
-"""Of the tables that are made, kept as the file's ``user_version``. Its rows carry a digest."""
-READABLE = (2, SCHEMA_VERSION)
-"""Versions that are read. Rows of version 2 have no digest, and none are added to them."""
+SCHEMA_VERSION = 4
+"""Of the tables that are made, kept as the file's ``user_version``. Its noise has restitution."""
+READABLE = (2, 3, SCHEMA_VERSION)
+"""Versions that are read; rows are added to today's alone. Those of version 2 have no digest."""
+_WITH_DIGEST = 3
 
 _CONFIGURATION = """CREATE TABLE configuration (
     id INTEGER PRIMARY KEY CHECK (id = 1),
@@ -46,7 +47,7 @@ _TRIAL = """CREATE TABLE trial (
 
 def tables(version: int) -> list[str]:
     """Statements that make the tables of a schema version."""
-    digest = "    digest TEXT NOT NULL,\n" if version >= SCHEMA_VERSION else ""
+    digest = "    digest TEXT NOT NULL,\n" if version >= _WITH_DIGEST else ""
     return [_CONFIGURATION, _TRIAL.format(digest=digest)]
 
 

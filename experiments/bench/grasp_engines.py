@@ -18,7 +18,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from diagrams.gripper_controller import GRIP_FORCE, KNUCKLE_SPEED
 from diagrams.trials.record import TrialConfig
-from diagrams.trials.rig import COLUMN, SPEED, TrialRig, TrialScene
+from diagrams.trials.references import SPEED
+from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
 from experiments.bench.comparison import Peers
 from models.maps.gripper_poses import grasp_position
 from models.rotations import rotation_vector_to_matrix
@@ -28,7 +29,7 @@ from models.task.discretise import nearest_orientation
 from models.task.spaces import CUBE_EDGE, N_YAWS, R_WG, REST_HEIGHT, TABLE_TOP
 
 COURSE = TrialConfig()
-"""How long each phase takes, and the time step."""
+"""How long each phase takes, and how it is simulated; MuJoCo has the time step."""
 LIFT = 0.03
 """How far the closed hand rises [m]; a cube that rose by half of it was lifted."""
 MASS = 0.1  # of the cube [kg]

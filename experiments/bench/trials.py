@@ -47,7 +47,7 @@ ASKED = ("lifted", "face", "orientation")  # of `Ends`
 
 def rows(peers: Peers, seed: int) -> list[Row]:
     """Time pools of one and two workers; run the same grasps in MuJoCo."""
-    rig, bare = TrialRig(COURSE.time_step), TrialRig(COURSE.time_step)
+    rig, bare = TrialRig(COURSE), TrialRig(COURSE)
     touch_with_pads_alone(bare)
     engines: dict[str, Engine] = {
         "ours": partial(in_drake, rig),

@@ -1,7 +1,7 @@
 """Which outcomes of trials depend on how they are simulated: step size and friction.
 
-The same trials, noise and all, run once as they are with friction 0.8, once with the solver's
-step halved, once with friction 0.5. What changes between them is decided by the simulator or by a
+The same trials, noise and all, run once as they are with friction 0.8, once with a
+finer solver, once with friction 0.5. What changes between them is decided by the simulator or by a
 number nobody knows to that precision; the transition model should not be trusted on it.
 """
 
@@ -34,9 +34,15 @@ Trials = Mapping[tuple[Pair, int], TrialRecord]
 def variants(trial: TrialConfig) -> dict[str, TrialConfig]:
     """The trial as it is with friction 0.8, which comes first, and its variants."""
     reference = replace(trial, friction=(0.8, 0.8))
+    if trial.solver == "discrete":
+        finer = "half the step", replace(reference, time_step=trial.time_step / 2)
+    else:
+        errors = ("accuracy", "turning_accuracy", "landing_accuracy")
+        tenths = {name: getattr(trial, name) / 10 for name in errors}
+        finer = "a tenth of the error", replace(reference, **tenths)
     return {
         "reference": reference,
-        "half the step": replace(reference, time_step=trial.time_step / 2),
+        finer[0]: finer[1],
         "friction 0.5": replace(reference, friction=(0.5, 0.5)),
     }
 

@@ -23,7 +23,7 @@ def work(campaign: Campaign, pair: Pair, repetition: int) -> TrialRecord:
     sequence = np.random.SeedSequence(campaign.seed, spawn_key=spawn_key(pair, repetition))
     if campaign.rig == ARM:
         return run_arm_trial(_arm_rig(campaign.trial.time_step), campaign.trial, pair, sequence)
-    return run_trial(_floating_rig(campaign.trial.time_step), campaign.trial, pair, sequence)
+    return run_trial(_floating_rig(campaign.trial), campaign.trial, pair, sequence)
 
 
 def release(
@@ -34,12 +34,12 @@ def release(
     The noise of a repetition is the same at every angle, so that angles are compared like for like.
     """
     sequence = np.random.SeedSequence(seed, spawn_key=spawn_key(pair, repetition))
-    return run_trial(_floating_rig(trial.time_step), trial, pair, sequence, turned=angle)
+    return run_trial(_floating_rig(trial), trial, pair, sequence, turned=angle)
 
 
 @cache
-def _floating_rig(time_step: float) -> TrialRig:
-    return TrialRig(time_step)
+def _floating_rig(trial: TrialConfig) -> TrialRig:
+    return TrialRig(trial)
 
 
 @cache

@@ -155,7 +155,7 @@ def test_active_learning_goes_on_from_a_checkpoint(name, example):
     assert (state.learner.beta, state.committee.members[0].beta) == (8.0, 16.0)
 
 
-READ_DATABASES = {"trial_database/2", "trial_database/3"}
+READ_DATABASES = {"trial_database/2", "trial_database/3", "trial_database/4"}
 
 
 @pytest.mark.parametrize("name", [k for k in kept() if k.startswith("trial_database/")])

@@ -58,6 +58,13 @@ def test_another_campaign_is_refused_by_what_changed(tmp_path):
     TrialDatabase(tmp_path / "t.db", replace(CAMPAIGN)).close()
 
 
+def test_a_setting_counts_where_its_solver_asks_for_it(tmp_path):
+    finer = replace(TrialConfig(), landing_accuracy=1e-7, restitution=(0.1, 0.2))
+    assert replace(CAMPAIGN, trial=finer).hash == CAMPAIGN.hash
+    either = [replace(CAMPAIGN, trial=replace(t, solver="cenic")) for t in (TrialConfig(), finer)]
+    assert len({campaign.hash for campaign in [CAMPAIGN, *either]}) == 3
+
+
 def test_a_row_names_its_class_and_seed(tmp_path):
     TrialDatabase(tmp_path / "t.db", CAMPAIGN).add(PAIR, 4, RECORD)
     row = sqlite3.connect(tmp_path / "t.db").execute("SELECT class, seed FROM trial").fetchone()

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from diagrams.contact import TIME_STEP
+from diagrams.trials.record import TrialConfig
 from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
 from models.scenes import gripper
 from models.task.spaces import R_WG, REST_HEIGHT
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return TrialRig(TIME_STEP)
+@pytest.fixture(scope="module", params=["cenic", "discrete"])
+def rig(request):
+    return TrialRig(TrialConfig(solver=request.param))
 
 
 def python_calls(action):

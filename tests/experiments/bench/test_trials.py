@@ -89,7 +89,7 @@ def test_bisection_finds_where_each_grasp_starts_to_fail():
 
 
 def test_our_grasp_is_a_trial_without_noise():
-    rig, grasp = TrialRig(QUIET.time_step), Grasp(10)
+    rig, grasp = TrialRig(QUIET), Grasp(10)
     pair = Pair(State(8, 0).index, Action(Kind.GRASP, grasp.gripper).index)
     record = run_trial(rig, QUIET, pair, 0)
     end = in_drake(rig, [grasp])
@@ -99,7 +99,7 @@ def test_our_grasp_is_a_trial_without_noise():
 
 
 def test_with_pads_alone_only_they_and_the_table_meet_the_cube():
-    rig = TrialRig(QUIET.time_step)
+    rig = TrialRig(QUIET)
     touch_with_pads_alone(rig)
     inspector = rig.scene_graph.model_inspector()
     (cube,) = inspector.GetGeometries(

@@ -33,6 +33,14 @@ def test_variants_differ_from_the_reference_in_one_setting_each():
     assert slippery == replace(reference, friction=(0.5, 0.5))
 
 
+def test_the_finer_variant_of_error_control_has_a_tenth_of_the_errors():
+    reference, finer, _ = variants(TrialConfig(solver="cenic")).values()
+    errors = ("accuracy", "turning_accuracy", "landing_accuracy")
+    assert finer == replace(reference, **{name: getattr(finer, name) for name in errors})
+    for name in errors:
+        assert getattr(finer, name) == pytest.approx(getattr(reference, name) / 10)
+
+
 def test_all_classes_take_part_but_for_most_rotations():
     every = range(CLASSES.n_classes)
     drawn = sample_classes(CLASSES, every, np.random.default_rng(0))

@@ -74,9 +74,8 @@ def plot_margin(figure: Figure, rows: Sequence[Row], bound: float) -> None:
         seen = [row for row in rows if row.get(f"{prefix}slip_mm") is not None]
         if seen:
             slip = np.maximum([row[f"{prefix}slip_mm"] for row in seen], _LEAST)
-            look = {"facecolors": "none", "edgecolors": colour} if marker == "o" else {"c": colour}
             ratio = [row["ratio"] for row in seen]
-            axis.scatter(ratio, slip, marker=marker, s=34, lw=1.1, label=name, **look)
+            axis.plot(ratio, slip, marker, color=colour, mfc="none", ms=6, mew=1.1, label=name)
     axis.axhline(1e3 * SLIP, color="k", lw=0.8, ls=":")
     axis.axhline(1e3 * GONE, color="k", lw=0.8, ls=":")
     for y, words in ((1e3 * SLIP, "1 mm: slips"), (1e3 * GONE, "20 mm: lost")):

@@ -7,8 +7,8 @@ forces are below 0.6 m/s² at the faces of the cube and cancel over it.
 
 The reason is numerical. In each step of a simulation a free body goes straight on, while a joint
 that turns keeps to its arc. A cube in a hand that turns about a far axis creeps outwards by
-½ · step · ∫ a dt, a being the acceleration towards the axis: 1.3 mm in the widest swing here at 2 ms,
-in the same sense as slip and no more than arithmetic. Along slides both go straight.
+½ · step · ∫ a dt, a being the acceleration towards the axis: by 1.3 mm in the widest swing here at
+2 ms, which is arithmetic and no slip. Along slides both go straight.
 """
 
 from dataclasses import dataclass

@@ -85,11 +85,11 @@ class Config(Settings):
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Hold the cube in every case, beside robosuite's hand and by the whole arm; tabulate."""
     cases, arm_cases = config.cases, config.arm_cases
-    rows, arm_rows = measure(config, output, cases, arm_cases)
     why_not = robosuite.missing(config.peers)
     if why_not:
         print(f"robosuite is left out: {why_not}")
-    else:
+    rows, arm_rows = measure(config, output, cases, arm_cases)
+    if not why_not:
         others = robosuite.hold_all(config.peers, cases)
         rows = [{**own, **other} for own, other in zip(rows, others, strict=True)]
     with output.file("cases.csv") as path, path.open("w", newline="", encoding="utf-8") as file:

@@ -169,4 +169,4 @@ ended = [
 written = {
     name: np.concatenate([end[name] for end in ended]) for name in ("pose", "speed", "pad_force")
 } | {name: np.array([end[name] for end in ended]) for name in ("looks", "cpu_s")}
-np.savez(sys.argv[2], **written)
+np.savez(sys.argv[2], **written)  # type: ignore[arg-type]

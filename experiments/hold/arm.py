@@ -23,6 +23,7 @@ from experiments.hold.swings import Motion
 from models.scenes.parsing import CUBE
 from models.task.spaces import CUBE_EDGE
 
+_ASIDE = np.array([np.pi / 2, *[0.0] * 6])  # a hand that hangs down would hit the table [rad]
 _PAUSE = 0.4  # between two swings of a recording [s]
 _TIGHT = 1e-5  # by which the pads overlap the cube at the start, so that it does not fall [m]
 
@@ -80,7 +81,7 @@ class SwingingArm:
         set_cube_mass(plant, context, load.mass)
         plant.SetVelocities(context, np.zeros(plant.num_velocities()))
         away = RigidTransform([0.0, 0.0, 2.0])
-        station.initialize(root, X_WO=away, q=motion.q[0], width=CUBE_EDGE - _TIGHT)
+        station.initialize(root, X_WO=away, q=motion.q[0] + _ASIDE, width=CUBE_EDGE - _TIGHT)
         tcp, cube = plant.GetFrameByName("tcp"), plant.GetBodyByName(CUBE)
         plant.SetFreeBodyPose(context, cube, tcp.CalcPoseInWorld(context))
         limited = station.GetOutputPort("arm.limited_samples")
@@ -96,8 +97,9 @@ class SwingingArm:
 
 
 def joint_way(motion: Motion, begins: float) -> PiecewisePolynomial:
-    """The joints' way through a swing that begins at a time [s]; at rest before and after."""
-    return PiecewisePolynomial.CubicHermite(begins + motion.time, motion.q.T, motion.v.T)
+    """The joints' way through a swing that begins at a time [s], aside of the table."""
+    way = (motion.q + _ASIDE).T
+    return PiecewisePolynomial.CubicHermite(begins + motion.time, way, motion.v.T)
 
 
 def compare(case: Case, time_step: float) -> dict[str, Any]:

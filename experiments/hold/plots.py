@@ -54,7 +54,10 @@ def plot_verdicts(figure: Figure, rows: Sequence[Row]) -> None:
     axis.set_xlabel("cube's mass, friction, force of each pad")
     axis.set_ylabel("swing, direction in the hand,\nlargest acceleration")
     figure.legend(
-        handles=[Patch(color=COLOURS[name], label=MEANING[name]) for name in names],
+        handles=[
+            *(Patch(color=COLOURS[name], label=MEANING[name]) for name in names),
+            Patch(facecolor="white", edgecolor="0.7", label="not tried"),
+        ],
         loc="outside lower center", ncols=1, frameon=False,
     )  # fmt: skip
     figure.suptitle("Does the hand keep the cube while the arm swings? (Drake)")
@@ -80,10 +83,10 @@ def plot_margin(figure: Figure, rows: Sequence[Row], bound: float) -> None:
     axis.axhline(1e3 * GONE, color="k", lw=0.8, ls=":")
     for y, words in ((1e3 * SLIP, "1 mm: slips"), (1e3 * GONE, "20 mm: lost")):
         axis.text(1.0, y, f" {words}", transform=axis.get_yaxis_transform(), va="center")
-    for x, words in ((1.0, "just enough friction"), (bound, "twice that")):
+    for x, words, side in ((1.0, "just enough friction", "right"), (bound, "twice that", "left")):
         axis.axvline(x, color="0.5", lw=0.8)
         axis.text(
-            x, 1.0, words, transform=axis.get_xaxis_transform(), ha="left", va="bottom", fontsize=8
+            x, 1.0, words, transform=axis.get_xaxis_transform(), ha=side, va="bottom", fontsize=8
         )
     axis.set(
         xscale="log",

@@ -9,8 +9,9 @@ Reads what all cases share (``edge``, ``time_step``, ``settle_s``, ``after_s``, 
 ``gone``) and the cases: ``time [k]`` and ``felt [k, 3]``, all swings' samples of gravity one after
 the other; ``first [n]`` and ``count [n]``, where a case's swing lies among them; ``mass [n]``,
 ``friction [n]`` and ``force [n]``; SI units. Writes for each what was seen at every look since the
-swing began: ``pose [l, 7]``, cube in hand (position, quaternion), ``speed [l]`` of a knuckle and
-``pad_force [l]``, all cases one after the other, ``looks [n]`` of each, and ``cpu_s [n]``.
+swing began: ``pose [l, 7]`` of the cube (position from where it was gripped, quaternion), ``speed
+[l]`` of a knuckle and ``pad_force [l]``, all cases one after the other, ``looks [n]`` of each, and
+``cpu_s [n]``.
 """
 
 import importlib.util
@@ -140,11 +141,12 @@ def run(samples: slice, mass: float, friction: float, force: float) -> dict:
     began = time.process_time()
     times, felt = shared["time"][samples], shared["felt"][samples]
     grip(mass, friction, gain_for(mass, friction, force))
+    put = data.qpos[:3].copy()  # closing moves it by some millimetres
     settle, look = len(steps(float(shared["settle_s"]))), len(steps(float(shared["look_s"])))
     poses, speeds, forces = [], [], []
     for n in steps(float(shared["settle_s"]) + times[-1] + float(shared["after_s"])):
         if n >= settle and (n - settle) % look == 0:
-            poses.append(np.concatenate([data.qpos[:3] - tcp, data.qpos[3:7]]))
+            poses.append(np.concatenate([data.qpos[:3] - put, data.qpos[3:7]]))
             speeds.append(data.joint("finger_joint").qvel[0])
             forces.append(pressed())
             if np.linalg.norm(poses[-1][:3]) > float(shared["gone"]):

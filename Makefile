@@ -3,10 +3,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-bench
 PEER_LIST := experiments/bench/peers/requirements.txt
+ROBOSUITE := .venv-robosuite
+ROBOSUITE_LIST := experiments/hold/peers/requirements.txt
 OTHER_DRAKES := 1.50.0 1.48.0 1.44.0 1.38.0 1.32.0
 DRAKE := .venv-drake-
 
-.PHONY: run test lint bench drift docs clean
+.PHONY: run test lint bench drift hold docs clean
 run: $(VENV)/installed
 	$(BIN)/python -m experiments.demo
 
@@ -24,6 +26,9 @@ bench: $(VENV)/installed $(PEERS)/installed
 drift: $(VENV)/installed $(OTHER_DRAKES:%=$(DRAKE)%/installed)
 	$(BIN)/python -m experiments.transitions drift --pythons $(OTHER_DRAKES:%=$(DRAKE)%/bin/python)
 
+hold: $(VENV)/installed $(ROBOSUITE)/installed
+	$(BIN)/python -m experiments.hold --workers 2
+
 docs: $(VENV)/installed
 	rm -rf out/docs
 	$(BIN)/python -m experiments.docs
@@ -38,6 +43,11 @@ $(PEERS)/installed: $(PEER_LIST)
 	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check -r $(PEER_LIST)
 	touch $@
 
+$(ROBOSUITE)/installed: $(ROBOSUITE_LIST)
+	$(PYTHON) -m venv $(ROBOSUITE)
+	$(ROBOSUITE)/bin/python -m pip install --quiet --disable-pip-version-check -r $(ROBOSUITE_LIST)
+	touch $@
+
 $(DRAKE)%/installed: constraints.txt
 	$(PYTHON) -m venv $(DRAKE)$*
 	grep -v '^drake==' constraints.txt > $(DRAKE)$*/others.txt
@@ -46,4 +56,4 @@ $(DRAKE)%/installed: constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(PEERS) $(DRAKE)* out
+	rm -rf $(VENV) $(PEERS) $(ROBOSUITE) $(DRAKE)* out

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from pydrake.geometry import CollisionFilterDeclaration, SceneGraph, Shape
+from pydrake.geometry import CollisionFilterDeclaration, HalfSpace, Role, SceneGraph, Shape
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import (
     FlattenModelDirectives,
@@ -44,6 +44,19 @@ def assemble(plant: MultibodyPlant, scene_graph: SceneGraph, robot: Robot, setup
         plant.WeldFrames(plant.world_frame(), body.body_frame(), rigid(obstacle.pose, place))
     for file in setup.directives:
         _guarded(f"directives: {file}", partial(_process, parser, file))
+    _require_distances(plant, scene_graph)
+
+
+def _require_distances(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Refuse shapes that files may bring and Drake measures no distances from."""
+    inspector = scene_graph.model_inspector()
+    for shape in inspector.GetAllGeometryIds(Role.kProximity):
+        if isinstance(inspector.GetShape(shape), HalfSpace):
+            body = plant.GetBodyFromFrameId(inspector.GetFrameId(shape)).scoped_name().get_full()
+            raise ModelError(
+                f"{body}: a half space or plane, from which distances are not measured; valid: "
+                "any other shape, such as a large box"
+            )
 
 
 def _add_robot(

@@ -149,6 +149,24 @@ def test_a_tool_from_a_file(cell):
 NOT_FINITE = RigidTransform([np.nan, 0.0, 0.0])
 
 
+PLANE = "<plane><normal>0 0 1</normal></plane>"
+SPHERE = "<sphere><radius>0.04</radius></sphere>"
+
+
+@pytest.mark.parametrize("where", ["directives", "tool"])
+def test_a_plane_is_refused_by_its_bodys_name(cell, where):
+    """Drake has no distance from a half space to a box, and said so in the first question."""
+    (cell / "ball.sdf").write_text(BALL.replace(SPHERE, PLANE))
+    setup = (
+        Setup(directives=[str(cell / "fence.dmd.yaml")], packages={"cell": str(cell)})
+        if where == "directives"
+        else Setup(tool=Tool(file=str(cell / "ball.sdf")))
+    )
+    name = "fence::ball" if where == "directives" else "ball::ball"
+    with pytest.raises(ModelError, match=f"^{name}: a half space.*; valid: .*box"):
+        PlanningScene(setup=setup)
+
+
 @pytest.mark.parametrize(
     ("setup", "message"),
     [

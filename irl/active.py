@@ -114,6 +114,7 @@ class Result:
             its argmax (PolicyUpdate).
         f: float64 ``[n_states]``, state preferences included.
         beta: the inverse temperature at the end.
+        caution: the dislike of uncertain outcomes at the end.
         network: the VR function.
         demonstrations: all labels at the end.
         advice: all advice at the end.
@@ -123,6 +124,7 @@ class Result:
     q: np.ndarray
     f: np.ndarray
     beta: float
+    caution: float
     network: VRFunction
     demonstrations: Demonstrations
     advice: Advice
@@ -193,6 +195,7 @@ def active_fa_mlirl(
         q=q,
         f=problem.preferences.apply(state.learner.values()),
         beta=state.learner.beta,
+        caution=state.learner.caution or 0.0,
         network=state.learner.network,
         demonstrations=state.labels,
         advice=state.advice,
@@ -251,7 +254,7 @@ class _Run:
     def first_training(self) -> np.ndarray:
         """Learn from D₀, or take up what an interrupted run saved; the action values."""
         if self.files.restore(self.state):
-            return self._update_q(self.state.learner.values())
+            return self._update_q(self.state.learner)
         q = self.train(self.config.initial, query=0)
         self.files.save(self.state)
         return q
@@ -269,7 +272,7 @@ class _Run:
         )
         done = fit.log_likelihood.size
         last = float(fit.log_likelihood[-1]) if done else float("nan")
-        q = self._update_q(state.learner.values())
+        q = self._update_q(state.learner)
         tell(Progress(query, done, n, last, labels, q))
         return q
 
@@ -282,7 +285,7 @@ class _Run:
             training = config.refine if query else config.initial
             checkpoints = [self.files.training(query, k) for k in range(config.committee)]
             state.committee.fit(state.labels, training, checkpoints)
-            committee_q = np.stack([self._update_q(f) for f in state.committee.values()])
+            committee_q = np.stack([self._update_q(each) for each in state.committee.members])
         known = np.r_[state.labels.state, np.array(state.asked, dtype=np.int64)]
         return QueryContext(
             model=problem.model,
@@ -320,8 +323,9 @@ class _Run:
             answered.append((query, cluster, state.labels.n_states_demonstrated))
         return answered
 
-    def _update_q(self, f: np.ndarray) -> np.ndarray:
-        q = self.problem.model.q_values(self.problem.preferences.apply(f))
+    def _update_q(self, learner: Learner) -> np.ndarray:
+        f = self.problem.preferences.apply(learner.values())
+        q = self.problem.model.q_values(f, learner.caution or 0.0)
         return self.state.advice.apply(q, self.problem.model.mask, self.config.avoid)
 
 

@@ -355,7 +355,7 @@ def test_committee_members_differ_and_weigh_labels_for_good():
     committee = Committee(problem, 3, (8,), np.random.default_rng(0))
     weights = [member.weight.copy() for member in committee.members]
     committee.fit(ONE_CORNER, SHORT.initial)
-    f = committee.values()
+    f = np.stack([member.values() for member in committee.members])
     assert f.shape == (3, 49)
     assert (f[:, 0] == 0.5).all()
     assert all(np.ptp(f[:, s]) > 0 for s in range(1, 49))

@@ -5,9 +5,9 @@ the states are demonstrated, then the policy in full physics from random starts.
 learns, it goes on with the same command.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Annotated, Any
 
 import numpy as np
@@ -57,7 +57,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     teacher = GraspTeacher(task, config.teacher)
     rng = np.random.default_rng(config.seed)
 
+    began = process_time()
     learnt = learn(task, teacher, config.learning, rng, output.folder)
+    learning_cpu_s = process_time() - began
     policy = Policy.from_q(
         learnt.result.q,
         task.model.mask,
@@ -98,9 +100,15 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         "queries": len(learnt.result.history),
         "advised_clusters": [record.cluster for record in learnt.result.history if record.cluster],
         "rules": learnt.rules,
-        "rule_purity": learnt.purity,
+        "rule_purity": {
+            rule: {kind: asdict(trust) for kind, trust in kinds.items()}
+            for rule, kinds in learnt.trust.items()
+        },
+        "caution": learnt.result.caution,
+        "generalised_right": teacher.share_right(learnt.result.demonstrations),
         "evidence": learnt.evidence,
         "learning_s": learnt_s,
+        "learning_cpu_s": learning_cpu_s,
         "wall_s": perf_counter() - started,
         "recording": "recording.html" if config.starts else None,
     }

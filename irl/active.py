@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from irl.active_state import ActiveFiles, ActiveState, QueryRecord, identity
-from irl.advice import AVOID_MODES, Advice
+from irl.advice import AVOID_MODES, PREFER_MODES, Advice
 from irl.choices import Limits, Settings, check_choice
 from irl.clusters import with_intersections
 from irl.committee import Committee
@@ -65,6 +65,9 @@ class ActiveConfig(Settings):
     """Whether the expert is asked."""
     avoid: str = "mask"
     """What happens to avoided actions: mask excludes them, thesis lowers their value."""
+    prefer: str = "ignore"
+    """What happens to preferred actions: nothing with ignore; with thesis they gain 20 % of |Q|,
+    which can break a policy that is good without."""
     hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (150, 50)
     """The widths of the network's hidden layers."""
     device: str = "cpu"
@@ -80,6 +83,7 @@ class ActiveConfig(Settings):
         check_choice("state_query", self.state_query, STATE_STRATEGIES)
         check_choice("cluster_query", self.cluster_query, (*CLUSTER_STRATEGIES, "none"))
         check_choice("avoid", self.avoid, AVOID_MODES)
+        check_choice("prefer", self.prefer, PREFER_MODES)
         check_choice("device", self.device, DEVICES)
 
 
@@ -286,7 +290,10 @@ class _Run:
             checkpoints = [self.files.training(query, k) for k in range(config.committee)]
             state.committee.fit(state.labels, training, checkpoints)
             committee_q = np.stack([self._update_q(each) for each in state.committee.members])
-        known = np.r_[state.labels.state, np.array(state.asked, dtype=np.int64)]
+        asked = np.array(state.asked, dtype=np.int64)
+        known = np.r_[state.labels.state, asked]
+        # Who was asked and showed nothing had nothing to do there.
+        ends = np.r_[state.labels.ends(problem.model), np.setdiff1d(asked, state.labels.state)]
         return QueryContext(
             model=problem.model,
             q=q,
@@ -297,6 +304,8 @@ class _Run:
             start_states=problem.start_states,
             rng=state.rng,
             committee_q=committee_q,
+            ends=ends,
+            asked=len(state.asked),
         )
 
     def ask(self, context: QueryContext, number: int) -> list[tuple[int, str | None, int]]:
@@ -326,7 +335,9 @@ class _Run:
     def _update_q(self, learner: Learner) -> np.ndarray:
         f = self.problem.preferences.apply(learner.values())
         q = self.problem.model.q_values(f, learner.caution or 0.0)
-        return self.state.advice.apply(q, self.problem.model.mask, self.config.avoid)
+        return self.state.advice.apply(
+            q, self.problem.model.mask, self.config.avoid, self.config.prefer
+        )
 
 
 def _consult(

@@ -132,6 +132,26 @@ class _State:
         before, after = self.log_likelihood[self.done - 2 * WINDOW : self.done].reshape(2, WINDOW)
         return bool(abs(after.mean() - before.mean()) < tolerance)
 
+    def outcome(self, tolerance: float) -> Training:
+        """What a caller is told at the end."""
+        return Training(
+            log_likelihood=self.log_likelihood[: self.done].copy(),
+            beta=math.exp(self.scalars[0].item()),
+            caution=self.caution,
+            step_reward=self.scalars[1].item(),
+            converged=self.settled(tolerance),
+        )
+
+    def take_up(self, path: Path, identity: dict[str, Any]) -> None:
+        """Go on from a checkpoint, if there is one.
+
+        If not, one is written at once, so that a path that cannot be written costs no work.
+        """
+        if path.exists():
+            self.restore(path, identity)
+        else:
+            self.save(path, identity)
+
     def save(self, path: Path, identity: dict[str, Any]) -> None:
         """Write a checkpoint."""
         arrays = {name: tensor.cpu().numpy() for name, tensor in self._tensors.items()}
@@ -202,10 +222,7 @@ def train(
     identity: dict[str, Any] = {}
     if checkpoint is not None:
         identity = _identity(network, problem, x, config, rng, bellman)
-        if checkpoint.path.exists():
-            state.restore(checkpoint.path, identity)
-        else:  # at once, so that a path that cannot be written costs no work
-            state.save(checkpoint.path, identity)
+        state.take_up(checkpoint.path, identity)
     resumed_from = state.done
     scalars_too = config.learn_beta or config.learn_caution or bellman is not None
     while state.done < config.iterations and not state.settled(config.tolerance):
@@ -252,13 +269,7 @@ def train(
             callback(state.done, value)
     if checkpoint is not None and state.done > resumed_from:
         state.save(checkpoint.path, identity)
-    return Training(
-        log_likelihood=state.log_likelihood[: state.done].copy(),
-        beta=math.exp(state.scalars[0].item()),
-        caution=state.caution,
-        step_reward=state.scalars[1].item(),
-        converged=state.settled(config.tolerance),
-    )
+    return state.outcome(config.tolerance)
 
 
 class _At:

@@ -39,6 +39,7 @@ CONFIG = ActiveConfig(
     budget=6,
     query_beta=70.0,
     hidden=(16, 16),
+    prefer="thesis",
 )
 CLUSTERS = {"left": np.flatnonzero(WORLD.cells[:, 0] < 3), "top": np.arange(42, 49)}
 ONE_CORNER = Demonstrations.from_pairs(WORLD.trajectories("diagonal")[0])
@@ -299,6 +300,8 @@ def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
             beta=config.query_beta,
             start_states=np.arange(49),
             rng=rng,
+            ends=np.array([WORLD.goal_state]),  # where the guide always ends
+            asked=len(asked),
         )
         asked += select_states(strategy, context).tolist()
         shown = guide.trajectory(asked[-1], rng)

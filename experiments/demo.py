@@ -124,6 +124,7 @@ def print_table(assessment: Assessment, physics: dict[str, Any], folder: Path) -
     rows = [
         ("states demonstrated", f"{assessment.demonstrated_fraction:6.2%}"),
         ("accuracy, demonstrator's action", share(assessment.accuracy_strict)),
+        ("  the most to expect", f"{assessment.accuracy_strict_ceiling:6.1%}"),
         ("accuracy, as good an action", share(assessment.accuracy_optimal)),
         ("  over all unseen states", share(assessment.accuracy_optimal_all)),
         ("success in the model", f"{assessment.success_mdp:6.1%}"),

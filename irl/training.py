@@ -214,10 +214,8 @@ def train(
     x = torch.as_tensor(features, dtype=torch.float32)
     # On all states the penalty needs f wherever the likelihood does: once is then enough.
     whole = None if bellman is None else bellman.whole
-    if whole is None:
-        at, asked = _At(network, x, problem.states), slice(None)
-    else:
-        at, asked = _At(network, x, whole.states), np.searchsorted(whole.states, problem.states)
+    states = problem.states if whole is None else whole.states
+    at, asked = _At(network, x, states), np.searchsorted(states, problem.states)
     state = _State(network, config, rng)
     identity: dict[str, Any] = {}
     if checkpoint is not None:

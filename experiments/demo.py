@@ -5,9 +5,9 @@ the states are demonstrated, then the policy in full physics from random starts.
 learns, it goes on with the same command.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Annotated, Any
 
 import numpy as np
@@ -57,7 +57,9 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     teacher = GraspTeacher(task, config.teacher)
     rng = np.random.default_rng(config.seed)
 
+    began = process_time()
     learnt = learn(task, teacher, config.learning, rng, output.folder)
+    learning_cpu_s = process_time() - began
     policy = Policy.from_q(
         learnt.result.q,
         task.model.mask,
@@ -98,9 +100,15 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         "queries": len(learnt.result.history),
         "advised_clusters": [record.cluster for record in learnt.result.history if record.cluster],
         "rules": learnt.rules,
-        "rule_purity": learnt.purity,
+        "rule_purity": {
+            rule: {kind: asdict(trust) for kind, trust in kinds.items()}
+            for rule, kinds in learnt.trust.items()
+        },
+        "caution": learnt.result.caution,
+        "generalised_right": teacher.share_right(learnt.result.demonstrations),
         "evidence": learnt.evidence,
         "learning_s": learnt_s,
+        "learning_cpu_s": learning_cpu_s,
         "wall_s": perf_counter() - started,
         "recording": "recording.html" if config.starts else None,
     }
@@ -116,6 +124,7 @@ def print_table(assessment: Assessment, physics: dict[str, Any], folder: Path) -
     rows = [
         ("states demonstrated", f"{assessment.demonstrated_fraction:6.2%}"),
         ("accuracy, demonstrator's action", share(assessment.accuracy_strict)),
+        ("  the most to expect", f"{assessment.accuracy_strict_ceiling:6.1%}"),
         ("accuracy, as good an action", share(assessment.accuracy_optimal)),
         ("  over all unseen states", share(assessment.accuracy_optimal_all)),
         ("success in the model", f"{assessment.success_mdp:6.1%}"),

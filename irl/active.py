@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from irl.active_state import ActiveFiles, ActiveState, QueryRecord, identity
-from irl.advice import AVOID_MODES, Advice
+from irl.advice import AVOID_MODES, PREFER_MODES, Advice
 from irl.choices import Limits, Settings, check_choice
 from irl.clusters import with_intersections
 from irl.committee import Committee
@@ -65,6 +65,9 @@ class ActiveConfig(Settings):
     """Whether the expert is asked."""
     avoid: str = "mask"
     """What happens to avoided actions: mask excludes them, thesis lowers their value."""
+    prefer: str = "ignore"
+    """What happens to preferred actions: nothing with ignore; with thesis they gain 20 % of |Q|,
+    which can break a policy that is good without."""
     hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (150, 50)
     """The widths of the network's hidden layers."""
     device: str = "cpu"
@@ -80,6 +83,7 @@ class ActiveConfig(Settings):
         check_choice("state_query", self.state_query, STATE_STRATEGIES)
         check_choice("cluster_query", self.cluster_query, (*CLUSTER_STRATEGIES, "none"))
         check_choice("avoid", self.avoid, AVOID_MODES)
+        check_choice("prefer", self.prefer, PREFER_MODES)
         check_choice("device", self.device, DEVICES)
 
 
@@ -114,6 +118,7 @@ class Result:
             its argmax (PolicyUpdate).
         f: float64 ``[n_states]``, state preferences included.
         beta: the inverse temperature at the end.
+        caution: the dislike of uncertain outcomes at the end.
         network: the VR function.
         demonstrations: all labels at the end.
         advice: all advice at the end.
@@ -123,6 +128,7 @@ class Result:
     q: np.ndarray
     f: np.ndarray
     beta: float
+    caution: float
     network: VRFunction
     demonstrations: Demonstrations
     advice: Advice
@@ -193,6 +199,7 @@ def active_fa_mlirl(
         q=q,
         f=problem.preferences.apply(state.learner.values()),
         beta=state.learner.beta,
+        caution=state.learner.caution or 0.0,
         network=state.learner.network,
         demonstrations=state.labels,
         advice=state.advice,
@@ -251,7 +258,7 @@ class _Run:
     def first_training(self) -> np.ndarray:
         """Learn from D₀, or take up what an interrupted run saved; the action values."""
         if self.files.restore(self.state):
-            return self._update_q(self.state.learner.values())
+            return self._update_q(self.state.learner)
         q = self.train(self.config.initial, query=0)
         self.files.save(self.state)
         return q
@@ -269,7 +276,7 @@ class _Run:
         )
         done = fit.log_likelihood.size
         last = float(fit.log_likelihood[-1]) if done else float("nan")
-        q = self._update_q(state.learner.values())
+        q = self._update_q(state.learner)
         tell(Progress(query, done, n, last, labels, q))
         return q
 
@@ -282,8 +289,11 @@ class _Run:
             training = config.refine if query else config.initial
             checkpoints = [self.files.training(query, k) for k in range(config.committee)]
             state.committee.fit(state.labels, training, checkpoints)
-            committee_q = np.stack([self._update_q(f) for f in state.committee.values()])
-        known = np.r_[state.labels.state, np.array(state.asked, dtype=np.int64)]
+            committee_q = np.stack([self._update_q(each) for each in state.committee.members])
+        asked = np.array(state.asked, dtype=np.int64)
+        known = np.r_[state.labels.state, asked]
+        # Who was asked and showed nothing had nothing to do there.
+        ends = np.r_[state.labels.ends(problem.model), np.setdiff1d(asked, state.labels.state)]
         return QueryContext(
             model=problem.model,
             q=q,
@@ -294,6 +304,8 @@ class _Run:
             start_states=problem.start_states,
             rng=state.rng,
             committee_q=committee_q,
+            ends=ends,
+            asked=len(state.asked),
         )
 
     def ask(self, context: QueryContext, number: int) -> list[tuple[int, str | None, int]]:
@@ -320,9 +332,12 @@ class _Run:
             answered.append((query, cluster, state.labels.n_states_demonstrated))
         return answered
 
-    def _update_q(self, f: np.ndarray) -> np.ndarray:
-        q = self.problem.model.q_values(self.problem.preferences.apply(f))
-        return self.state.advice.apply(q, self.problem.model.mask, self.config.avoid)
+    def _update_q(self, learner: Learner) -> np.ndarray:
+        f = self.problem.preferences.apply(learner.values())
+        q = self.problem.model.q_values(f, learner.caution or 0.0)
+        return self.state.advice.apply(
+            q, self.problem.model.mask, self.config.avoid, self.config.prefer
+        )
 
 
 def _consult(

@@ -114,6 +114,7 @@ class ActiveState:
                 arrays[f"weight.{k}"] = learner.weight
         state = {
             "beta": [learner.beta for learner in self._learners],
+            "caution": [learner.caution for learner in self._learners],
             "rng": [checkpoint.rng_state(rng) for rng in self._generators],
             "asked": self.asked,
             "asked_clusters": self.asked_clusters,
@@ -132,10 +133,11 @@ class ActiveState:
             **{c.name: arrays[f"labels.{c.name}"] for c in fields(self.labels)}
         )
         self.advice = Advice(arrays["advice.preferred"], arrays["advice.avoided"])
-        for k, (learner, beta) in enumerate(zip(self._learners, state["beta"], strict=True)):
+        ended_with = zip(self._learners, state["beta"], state["caution"], strict=True)
+        for k, (learner, beta, caution) in enumerate(ended_with):
             learner.network.parameters.copy_(torch.from_numpy(arrays[f"network.{k}"]))
             learner.weight = arrays.get(f"weight.{k}")
-            learner.beta = beta
+            learner.beta, learner.caution = beta, caution
         for rng, saved in zip(self._generators, state["rng"], strict=True):
             checkpoint.restore_rng(rng, saved)
         self.asked = state["asked"]

@@ -16,6 +16,7 @@ from irl.integers import integers
 BONUS = 0.2  # share of |Q| that a preferred action gains (thesis §4.2)
 AVOIDED_VALUE = -2.0  # what UpdateQ writes; below any Σ P f, as f > −1
 AVOID_MODES = ("mask", "thesis")
+PREFER_MODES = ("ignore", "thesis")
 
 
 @dataclass(frozen=True)
@@ -65,12 +66,15 @@ class Advice:
             other[np.ix_(cluster, actions)] = False
         return Advice(prefer, avoid)
 
-    def apply(self, q: np.ndarray, mask: np.ndarray, avoid: str = "mask") -> np.ndarray:
+    def apply(
+        self, q: np.ndarray, mask: np.ndarray, avoid: str = "mask", prefer: str = "thesis"
+    ) -> np.ndarray:
         """UpdateQ of thesis Algorithm 4.1: a new Q ``[n_states, n_actions]``.
 
-        A preferred action gains 20 % of |Q|, and where that leaves it level with the best of the
-        others, it comes first. An avoided one is excluded (−∞) with ``avoid="mask"``; with
-        ``avoid="thesis"`` it gets the constant −2, or less where others are worth no more.
+        With ``prefer="thesis"`` a preferred action gains 20 % of |Q|, and where that leaves it
+        level with the best of the others, it comes first. An avoided one is excluded (−∞) with
+        ``avoid="mask"``; with ``avoid="thesis"`` it gets the constant −2, or less where others are
+        worth no more.
         Excluding *every* feasible action would leave a state without policy, though the advice was
         given for its cluster and not for it; there, nothing is excluded.
 
@@ -78,13 +82,15 @@ class Advice:
             q: action values, anything where infeasible.
             mask: bool of the same shape, the feasible pairs; −∞ is returned elsewhere.
             avoid: ``"mask"`` or ``"thesis"``.
+            prefer: ``"ignore"`` or ``"thesis"``.
 
         Raises:
-            InputError: if ``avoid`` is neither.
+            InputError: if ``avoid`` or ``prefer`` is neither.
         """
         check_choice("avoid", avoid, AVOID_MODES)
+        check_choice("prefer", prefer, PREFER_MODES)
         advised = np.where(mask, q, -np.inf)
-        better = self.preferred & np.isfinite(advised)
+        better = self.preferred & np.isfinite(advised) & (prefer == "thesis")
         advised[better] += BONUS * np.abs(advised[better])
         left = mask & ~self.avoided
         if avoid == "thesis":

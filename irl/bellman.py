@@ -9,6 +9,7 @@ penalised: quadratically near zero, linearly beyond, so that few exceptions stay
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -73,7 +74,7 @@ class BellmanBatch:
         slope = np.clip(deviation / self.delta, -1.0, 1.0) / deviation.size
         weight = np.zeros(q.size)
         weight[seen.groups.first_equal(q, best)] = -self.gamma * slope
-        df = seen.P.T @ weight
+        df = seen.P_transposed @ weight
         df[own] += slope
         df[seen.pinned] = 0.0
         return float(value), df, float(-slope.sum())
@@ -90,8 +91,12 @@ class BellmanTerm:
         *,
         batch: int = 256,
         delta: float = 0.01,
+        cautious: bool = False,
     ) -> None:
         """Prepare for batches of ``batch`` states (all, if there are fewer).
+
+        In a ``cautious`` term the last of the batch's states is the pseudo-state of
+        `irl.neighbourhood`.
 
         States without feasible pairs have no (3.18) and pinned ones nothing to learn; neither
         is drawn.
@@ -103,7 +108,7 @@ class BellmanTerm:
         check_range("bellman_batch", batch, 1)
         check_range("bellman_delta", delta, 0, open_low=True)
         self._model, self._gamma, self._fixed_vr = model, gamma, dict(fixed_vr or {})
-        self._delta = delta
+        self._delta, self._cautious = delta, cautious
         eligible = model.widths > 0
         eligible[list(self._fixed_vr)] = False
         self._pool = np.flatnonzero(eligible)
@@ -117,11 +122,22 @@ class BellmanTerm:
         return fingerprint(
             *(self._model.first_pair, P.data, P.indices, P.indptr, self._pool),
             np.array([*self._fixed_vr.items()], dtype=np.float64),
-            np.array([self._gamma, self._delta, self._batch]),
+            np.array([self._gamma, self._delta, self._batch, self._cautious]),
         )
 
+    @cached_property
+    def whole(self) -> BellmanBatch | None:
+        """The penalty on all states at once, if batches are that large; nothing is then drawn."""
+        return self._on(self._pool) if self._batch == self._pool.size else None
+
     def draw(self, rng: np.random.Generator) -> BellmanBatch:
-        """The penalty on a fresh batch of distinct states."""
-        states = rng.choice(self._pool, self._batch, replace=False, shuffle=False)
-        seen = Neighbourhood.of(self._model, states, self._fixed_vr, include_states=True)
+        """The penalty on a fresh batch of distinct states, or on all of them."""
+        if self.whole is not None:
+            return self.whole
+        return self._on(rng.choice(self._pool, self._batch, replace=False, shuffle=False))
+
+    def _on(self, states: np.ndarray) -> BellmanBatch:
+        seen = Neighbourhood.of(
+            self._model, states, self._fixed_vr, include_states=True, cautious=self._cautious
+        )
         return BellmanBatch(seen, self._gamma, self._delta)

@@ -21,7 +21,7 @@ from irl.formats import distinct
 from irl.identity import require_same_work
 from irl.tensor_file import from_bytes, to_bytes
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True)

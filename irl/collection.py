@@ -1,7 +1,9 @@
 """Collecting demonstrations: sets to learn from, and one to be judged by (§5.10, §6.3)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from itertools import count as numbers
+from itertools import islice
 
 import numpy as np
 
@@ -9,10 +11,12 @@ from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
 from irl.errors import InputError
+from irl.rule_trust import AT_THE_END, ON_THE_WAY, Trust, rule_trust
 from irl.teacher import Teacher
 
 # Collecting gives up after this many trajectories in a row that brought nothing new.
 _PATIENCE = 1000
+_ROUND = 20  # runs before the rules are first judged; a third more before each further time
 
 
 def demonstrate(
@@ -120,27 +124,67 @@ def initial_demonstrations(
     return _of_first_states(gathered, count)
 
 
-def recorded_demonstrations(
-    teacher: Teacher, recording: Demonstrations, count: int, rng: np.random.Generator
-) -> Demonstrations:
-    """Recorded runs in random order, generalising, until ``count`` states have a label.
+def runs_from(
+    demonstrator: Demonstrator, starts: np.ndarray, rng: np.random.Generator, max_steps: int = 50
+) -> Iterator[Demonstrations]:
+    """Runs from starts drawn evenly, one after the other, without end."""
+    for number in numbers():
+        pairs = demonstrator.trajectory(int(rng.choice(starts)), rng, max_steps)
+        yield Demonstrations.from_pairs(pairs, number)
 
-    Each run is taken once, so that every label counts as often as it was recorded; all of them if
-    that is not enough. Surplus is dropped as by ``initial_demonstrations``.
+
+def recorded_runs(recording: Demonstrations, rng: np.random.Generator) -> Iterator[Demonstrations]:
+    """Each run of a recording once, in random order."""
+    for number in rng.permutation(np.unique(recording.trajectory)):
+        yield recording.select(recording.trajectory == number)
+
+
+def by_trusted_rules(
+    teacher: Teacher, runs: Iterator[Demonstrations], count: int, least: float
+) -> tuple[Demonstrations, Teacher, dict[str, dict[str, Trust]]]:
+    """Runs and what follows from them by rules that they themselves bear out.
+
+    Runs are taken until ``count`` states have a label or there are no more; ever so often every
+    rule is judged anew, and applied to all runs or to none. Surplus is dropped as by
+    ``initial_demonstrations``.
 
     Args:
-        teacher: says what follows from a demonstration.
-        recording: what was recorded.
+        teacher: has the rules that may be used.
+        runs: what is shown.
         count: number of distinct states wanted.
-        rng: draws the order.
+        least: share of a rule's labels that must be right; 0 trusts every rule.
+
+    Returns:
+        The labels, a teacher who generalises alike, and the trust in each rule.
+
+    Raises:
+        InputError: if runs stop bringing new states before ``count`` is reached.
     """
-    gathered = Demonstrations.empty()
-    for number in rng.permutation(np.unique(recording.trajectory)):
-        if gathered.n_states_demonstrated >= count:
-            break
-        run = recording.select(recording.trajectory == number)
-        gathered = Demonstrations.concatenate([gathered, teacher.generalise(run)])
-    return _of_first_states(gathered, count)
+    g = teacher.generalisation
+    names = [g.rule_names[k] for k in g.rule_indices(teacher.rules)]
+    taken: list[Demonstrations] = []
+    labelled = fruitless = 0
+    while True:
+        size = max(_ROUND, len(taken) // 3)
+        more = list(islice(runs, size))
+        taken += more
+        shown = Demonstrations.concatenate(taken)
+        trust = rule_trust(shown, g, names)
+        way, end = (
+            [name for name in names if trust[name][kind].share >= least]
+            for kind in (ON_THE_WAY, AT_THE_END)
+        )
+        trusting = replace(teacher, rules=way, rules_at_end=end)
+        labels = trusting.generalise(shown)
+        before, labelled = labelled, labels.n_states_demonstrated
+        fruitless = 0 if labelled > before else fruitless + size
+        if labelled >= count or len(more) < size:
+            return _of_first_states(labels, count), trusting, trust
+        if fruitless >= _PATIENCE:
+            raise InputError(
+                f"demonstrations: {count} states wanted, but trajectories from the given starts "
+                f"reach only {labelled}"
+            )
 
 
 def _of_first_states(gathered: Demonstrations, count: int) -> Demonstrations:

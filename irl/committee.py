@@ -70,7 +70,3 @@ class Committee:
         each = checkpoints or [None] * len(self.members)
         for member, checkpoint in zip(self.members, each, strict=True):
             member.fit(labels, config, self.rng, checkpoint=checkpoint)
-
-    def values(self) -> np.ndarray:
-        """Each member's f, float64 ``[n_members, n_states]``."""
-        return np.stack([member.values() for member in self.members])

@@ -171,6 +171,26 @@ class Demonstrations:
         return Demonstrations.concatenate([self.select(kept), answers])
 
     @property
+    def last_of_runs(self) -> np.ndarray:
+        """Which pairs are the last of their runs; bool ``[n]``, false for generalised ones."""
+        shown = np.flatnonzero(~self.generalised)
+        ordered = shown[np.lexsort((self.step[shown], self.trajectory[shown]))]
+        run = self.trajectory[ordered]
+        last = np.zeros(len(self), dtype=bool)
+        last[ordered[np.append(run[1:] != run[:-1], True)[: run.size]]] = True
+        return last
+
+    def ends(self, model: TransitionModel) -> np.ndarray:
+        """The states that runs most likely ended in, and nobody acts in; int64, ascending.
+
+        A run does not record what its last action led to; ``model`` knows what is likeliest.
+        """
+        last = self.last_of_runs
+        pair = model.pair_index(self.state[last], self.action[last])
+        likeliest = np.asarray(model.P[pair].argmax(axis=1)).ravel() if pair.size else pair
+        return np.setdiff1d(likeliest, self.state).astype(np.int64)
+
+    @property
     def states_by_rank(self) -> np.ndarray:
         """The distinct states, int64: those shown before others, then as they were first given."""
         state = self.state[np.argsort(self.generalised, kind="stable")]
@@ -299,6 +319,7 @@ def generalise(
     demonstrations: Demonstrations,
     generalisation: Generalisation,
     rules: Iterable[str] | None = None,
+    rules_at_end: Iterable[str] | None = None,
 ) -> Demonstrations:
     """Add what follows from the demonstrated pairs (§5.10.1).
 
@@ -310,17 +331,24 @@ def generalise(
         demonstrations: any set; its own pairs are kept.
         generalisation: groups of feasible pairs.
         rules: names of the rules to apply; all by default.
+        rules_at_end: names of those to apply to the last pair of a run; the same by default.
 
     Raises:
         InputError: if a rule is unknown.
     """
     names = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules)]
+    at_end = names
+    if rules_at_end is not None:
+        at_end = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules_at_end)]
     shown = np.flatnonzero(~demonstrations.generalised)
+    last = demonstrations.last_of_runs
     parts = [demonstrations]
+    known: dict[tuple[int, int, bool], tuple[np.ndarray, np.ndarray]] = {}
     for k in shown:
-        state, action = generalisation.following(
-            int(demonstrations.state[k]), int(demonstrations.action[k]), names
-        )
+        source = int(demonstrations.state[k]), int(demonstrations.action[k]), bool(last[k])
+        if source not in known:
+            known[source] = generalisation.following(*source[:2], at_end if last[k] else names)
+        state, action = known[source]
         parts.append(
             Demonstrations(
                 trajectory=np.full(state.size, demonstrations.trajectory[k]),

@@ -134,12 +134,11 @@ class OracleDemonstrator:
     @cached_property
     def optimal_actions(self) -> np.ndarray:
         """The co-optimal actions, none where a run ends; bool ``[n_states, n_actions]``."""
-        likeliest = self.model.P.max(axis=1).toarray().ravel()
         _, Q = value_iteration(
             self.model,
             self.state_reward,
             self.gamma,
-            pair_reward=-self.action_cost - self.surprise * (1.0 - likeliest),
+            pair_reward=-self.action_cost - self.surprise * self.model.surprise,
             terminal=np.flatnonzero(self.terminal),
             # Two errors meet in a comparison; a tenth leaves the tolerance its meaning.
             tolerance=self.tolerance / 10,

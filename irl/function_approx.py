@@ -25,6 +25,7 @@ class Learner:
         problem: the learning problem, whose features the network sees.
         network: the VR function, changed in place by ``fit``.
         beta: the inverse temperature that the last training ended with.
+        caution: the dislike of uncertain outcomes that it ended with; None before it.
         carry_beta: whether a training starts from ``beta`` instead of its own setting.
         weight: float64 ``[n_states]``, how much a state's labels count; all alike if None.
     """
@@ -34,6 +35,7 @@ class Learner:
     beta: float = 1.0
     carry_beta: bool = False
     weight: np.ndarray | None = None
+    caution: float | None = None
 
     def fit(
         self,
@@ -51,7 +53,11 @@ class Learner:
         at = self.problem
         if self.carry_beta:
             config = replace(config, beta=self.beta)
-        problem = LikelihoodProblem.of(at.model, labels, self.weight, at.fixed_vr)
+        if config.learn_caution and self.caution is not None:
+            config = replace(config, caution=max(self.caution, 0.0))
+        problem = LikelihoodProblem.of(
+            at.model, labels, self.weight, at.fixed_vr, cautious=config.cautious
+        )
         bellman = None
         if config.bellman_weight > 0:
             bellman = BellmanTerm(
@@ -60,10 +66,11 @@ class Learner:
                 at.fixed_vr,
                 batch=config.bellman_batch,
                 delta=config.bellman_delta,
+                cautious=config.cautious,
             )
         x = at.required_features(np.float32)
         run = train(self.network, problem, x, config, rng, report, bellman, checkpoint)
-        self.beta = run.beta
+        self.beta, self.caution = run.beta, run.caution
         return run
 
     def values(self) -> np.ndarray:

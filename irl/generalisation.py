@@ -1,4 +1,4 @@
-"""Which demonstrated pairs speak for which others, and how often that is right (§5.10.1)."""
+"""Which demonstrated pairs speak for which others (§5.10.1); `irl.rule_trust`: how rightly."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -14,19 +14,6 @@ FILE = "generalisation.npz"
 
 # More actions than int32 can name: groups of pairs do not know how many a task has.
 _ANY_ACTION = 1 << 32
-
-
-@dataclass(frozen=True)
-class RulePurity:
-    """How far a rule can be trusted.
-
-    Attributes:
-        share: share of the derivations that are right; ``None`` when there are none.
-        derivations: number of derivations counted.
-    """
-
-    share: float | None
-    derivations: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,37 +134,3 @@ class Generalisation:
                 found.append(members[~np.isin(members, own)])
         rows = np.concatenate(found)
         return self.state[rows].astype(np.int64), self.action[rows].astype(np.int64)
-
-
-def rule_purity(
-    generalisation: Generalisation, optimal_actions: np.ndarray
-) -> dict[str, RulePurity]:
-    """Share of each rule's derivations that a demonstrator would confirm.
-
-    A derivation is an ordered pair (source ≠ target) within a group whose source is co-optimal,
-    hence may be demonstrated; it is right if its target is co-optimal too. All are counted, none
-    sampled. Targets in states where no action is co-optimal (the run has ended) don't count.
-
-    Args:
-        generalisation: the rules.
-        optimal_actions: bool ``[n_states, n_actions]``, the demonstrator's co-optimal pairs.
-    """
-    g = generalisation
-    optimal = optimal_actions[g.state, g.action]
-    graded = np.asarray(optimal_actions.any(axis=1))[g.state]
-    size = int(g.group.max(initial=-1)) + 1
-    n_graded = np.bincount(g.group, weights=graded, minlength=size)
-    n_optimal = np.bincount(g.group, weights=optimal, minlength=size)
-    rule = np.zeros(size, dtype=np.int64)
-    rule[g.group] = g.rule
-    n_rules = len(g.rule_names)
-    # A co-optimal source is graded itself and doesn't derive itself: hence the −1.
-    total = np.bincount(rule, weights=n_optimal * (n_graded - 1), minlength=n_rules)
-    right = np.bincount(rule, weights=n_optimal * (n_optimal - 1), minlength=n_rules)
-    return {
-        name: RulePurity(
-            share=float(right[k] / total[k]) if total[k] > 0 else None,
-            derivations=int(total[k]),
-        )
-        for k, name in enumerate(g.rule_names)
-    }

@@ -45,6 +45,8 @@ class LikelihoodProblem:
         demonstrations: Demonstrations,
         state_weight: np.ndarray | None = None,
         fixed_vr: Mapping[int, float] | None = None,
+        *,
+        cautious: bool = False,
     ) -> "LikelihoodProblem":
         """Prepare demonstrations, in any order: each label counts, as ``Demonstrations.counted``.
 
@@ -54,6 +56,7 @@ class LikelihoodProblem:
             state_weight: ``[n_states]``, positive: how much more a state's labels count; all alike
                 if absent.
             fixed_vr: as for ``build``.
+            cautious: likewise.
 
         Raises:
             InputError: as ``build``.
@@ -62,7 +65,7 @@ class LikelihoodProblem:
         weight = labels.count.astype(np.float64)
         if state_weight is not None:
             weight *= state_weight[labels.state]
-        return cls.build(model, labels.state, labels.action, weight, fixed_vr)
+        return cls.build(model, labels.state, labels.action, weight, fixed_vr, cautious=cautious)
 
     @classmethod
     def build(
@@ -72,6 +75,8 @@ class LikelihoodProblem:
         action: np.ndarray,
         weight: np.ndarray | None = None,
         fixed_vr: Mapping[int, float] | None = None,
+        *,
+        cautious: bool = False,
     ) -> "LikelihoodProblem":
         """Prepare pairs (``state[i]``, ``action[i]``), each ``[n]``, repeats allowed.
 
@@ -81,6 +86,7 @@ class LikelihoodProblem:
             action: what was done there.
             weight: how much each counts, positive; all equal if absent.
             fixed_vr: state → VR value, for states where f is known and not to be learnt.
+            cautious: whether the last of ``states`` is the pseudo-state of `irl.neighbourhood`.
 
         Raises:
             InputError: if there is no demonstration, lengths differ, an index is out of
@@ -106,7 +112,7 @@ class LikelihoodProblem:
                 place="demonstrations",
                 valid=model.actions_of(s).tolist() or ["none"],
             )
-        seen = Neighbourhood.of(model, np.unique(state), fixed_vr or {})
+        seen = Neighbourhood.of(model, np.unique(state), fixed_vr or {}, cautious=cautious)
         label = np.bincount(np.searchsorted(seen.rows, row), weight, minlength=seen.rows.size)
         total = label.sum()
         share = label / total

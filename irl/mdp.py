@@ -180,6 +180,11 @@ class TransitionModel:
         return np.flatnonzero(self.widths)
 
     @cached_property
+    def surprise(self) -> np.ndarray:
+        """Probability that a pair's likeliest outcome does not come; float64 ``[n_pairs]``."""
+        return 1.0 - self.P.max(axis=1).toarray().ravel()
+
+    @cached_property
     def groups(self) -> Groups:
         """The pairs by state: group k holds the pairs of the state ``acting[k]``."""
         return Groups(self.first_pair[self.acting], self.n_pairs)
@@ -242,6 +247,10 @@ class TransitionModel:
         table[self.pair_state, self.pair_action] = per_pair
         return table
 
-    def q_values(self, f: np.ndarray) -> np.ndarray:
-        """Q(s, a) = Σ_s' P_sa(s') f(s') (3.17); ``[n_states, n_actions]``, −∞ where infeasible."""
-        return self.table(self.P @ f)
+    def q_values(self, f: np.ndarray, caution: float = 0.0) -> np.ndarray:
+        """Q(s, a) = Σ_s' P_sa(s') f(s') (3.17); ``[n_states, n_actions]``, −∞ where infeasible.
+
+        With ``caution`` u, −u times ``surprise`` besides: what no function of states can say.
+        """
+        q = self.P @ f
+        return self.table(q - caution * self.surprise if caution else q)

@@ -45,10 +45,14 @@ class Neighbourhood:
         fixed_vr: Mapping[int, float],
         *,
         include_states: bool = False,
+        cautious: bool = False,
     ) -> "Neighbourhood":
         """Cut out the neighbourhood of ``states`` (distinct, none without a feasible pair).
 
-        With ``include_states`` the states themselves are visible too, successors or not.
+        With ``include_states`` the states themselves are visible too, successors or not. A
+        ``cautious`` one sees a pseudo-state besides, numbered ``n_states`` and so the last: every
+        pair leads there with the weight ``model.surprise``, and its f is −u, u a dislike of
+        uncertain outcomes.
         """
         states = np.asarray(states, dtype=np.int64)
         begin = model.first_pair[states]
@@ -63,6 +67,10 @@ class Neighbourhood:
             (P.data, column[: P.indices.size].astype(P.indices.dtype), P.indptr),
             shape=(rows.size, visible.size),
         )
+        if cautious:
+            surprise = sparse.csr_matrix(model.surprise[rows, np.newaxis])
+            compact = sparse.hstack([compact, surprise], format="csr")
+            visible = np.append(visible, model.n_states)
         fixed = np.array(list(fixed_vr), dtype=np.int64)
         fixed_value = np.array(list(fixed_vr.values()), dtype=np.float64)
         position = np.searchsorted(visible, fixed)

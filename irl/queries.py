@@ -5,7 +5,7 @@ work on one ``QueryContext``, so that they can be exchanged by name.
 """
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -42,6 +42,8 @@ class QueryContext:
         beta: inverse temperature of the action probabilities (4.2); 1 in the thesis.
         start_states: int64, where episodes begin.
         rng: for random choices and ties.
+        ends: int64, states where nobody goes on: where demonstrators ended, or had nothing to do.
+        asked: how many questions about states were asked before.
         committee_q: float64 ``[n_members, n_states, n_actions]``, each member's ``q``, −∞ in
             the same places; None unless a strategy of ``COMMITTEE_STRATEGIES`` is to choose.
     """
@@ -55,6 +57,8 @@ class QueryContext:
     start_states: np.ndarray
     rng: np.random.Generator
     committee_q: np.ndarray | None = None
+    ends: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    asked: int = 0
 
 
 def thesis_entropy(context: QueryContext) -> np.ndarray:
@@ -101,9 +105,17 @@ def visitation_entropy(context: QueryContext) -> np.ndarray:
     """Masked entropy times the expected visits of the present policy: doubt where it matters.
 
     Visits are counted over the first 20 actions of episodes that begin uniformly in the start
-    states and follow (4.2).
+    states and follow (4.2). They stop where demonstrators were seen to: nobody is in doubt there.
     """
     return masked_entropy(context) * (_visits(context) + RARE)
+
+
+def visited_and_diverse(context: QueryContext) -> np.ndarray:
+    """`visitation_entropy` and `diversified_entropy` in turn; of a batch each chooses half.
+
+    One settles the way that the present policy goes, the other what lies apart from it.
+    """
+    return (diversified_entropy if context.asked % 2 else visitation_entropy)(context)
 
 
 def bald(context: QueryContext) -> np.ndarray:
@@ -147,6 +159,7 @@ STATE_STRATEGIES: dict[str, Strategy] = {
     "margin": margin,
     "diversified_entropy": diversified_entropy,
     "visitation_entropy": visitation_entropy,
+    "visited_and_diverse": visited_and_diverse,
     "bald": bald,
     "vote_entropy": votes,
     "value_of_information": information_value,
@@ -178,6 +191,7 @@ def _visits(context: QueryContext) -> np.ndarray:
     """Expected visits in the first 20 actions under (4.2), from uniform starts: ``[n_states]``."""
     model = context.model
     policy = action_probabilities(context.q, context.beta)[model.pair_state, model.pair_action]
+    policy[np.isin(model.pair_state, context.ends)] = 0.0
     forward = model.P.T.tocsr()
     here = np.zeros(model.n_states)
     here[context.start_states] = 1.0 / context.start_states.size
@@ -227,6 +241,8 @@ def select_states(strategy: str, context: QueryContext, count: int = 1) -> np.nd
     candidates = context.candidates
     if candidates.size == 0:
         return candidates
+    if strategy == "visited_and_diverse" and count > 1:
+        return _half_and_half(context, count)
     scores = STATE_STRATEGIES[strategy](context)[candidates]
     chosen = [int(context.rng.choice(candidates[scores == scores.max()]))]
     count = min(count, candidates.size)
@@ -244,6 +260,18 @@ def select_states(strategy: str, context: QueryContext, count: int = 1) -> np.nd
             chosen.append(int(pool[farthest]))
             nearest[farthest] = -np.inf
     return np.array(chosen)
+
+
+def _half_and_half(context: QueryContext, count: int) -> np.ndarray:
+    """A batch of ``visited_and_diverse``; the surplus of an odd one goes to whose turn it is."""
+    visited = (count + 1 - context.asked % 2) // 2
+    first = select_states("visitation_entropy", context, visited)
+    rest = replace(
+        context,
+        candidates=np.setdiff1d(context.candidates, first),
+        demonstrated=np.union1d(context.demonstrated, first),
+    )
+    return np.r_[first, select_states("diversified_entropy", rest, count - visited)]
 
 
 def select_cluster(

@@ -19,6 +19,8 @@ from irl.vr_function import VRFunction
 
 SCHEDULES = ("cosine", "none")
 WINDOW = 100  # iterations that the convergence test averages over
+PACE = 20.0
+"""How much faster than a weight caution moves: f is moved by all weights at once, u by itself."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,11 @@ class TrainingConfig(Settings):
     """The inverse temperature β of (3.19), or where it starts if it is learnt."""
     learn_beta: bool = False
     """Whether β is adjusted with the weights."""
+    caution: Annotated[float, Limits(0, 1e6)] = 0.0
+    """What an action loses in units of f, times the probability that its likeliest outcome does not
+    come, or where this starts if it is learnt. 0 in the thesis: no f on states can say it."""
+    learn_caution: bool = False
+    """Whether that is adjusted with the weights."""
     tolerance: Annotated[float, Limits(0, 1)] = 0.0
     """Training stops once the mean log-likelihood of 100 iterations changes by less; 0 never."""
     weight_decay: Annotated[float, Limits(0, 1e6)] = 0.0
@@ -47,7 +54,7 @@ class TrainingConfig(Settings):
     bellman_weight: Annotated[float, Limits(0, 1e9)] = 0.0
     """The weight of the Bellman penalty against the mean log-likelihood; 0 in the thesis."""
     bellman_batch: Annotated[int, Limits(1, 10_000_000)] = 256
-    """How many states a batch of the penalty has."""
+    """How many states a batch of the penalty has; if there are no more, it is on all."""
     bellman_delta: Annotated[float, Limits(0, 1e9, open_low=True)] = 0.01
     """The deviation of the reward, in units of f, from which on the penalty is linear."""
 
@@ -61,6 +68,11 @@ class TrainingConfig(Settings):
         check_choice("optimizer", self.optimizer, OPTIMIZERS)
         check_choice("schedule", self.schedule, SCHEDULES)
 
+    @property
+    def cautious(self) -> bool:
+        """Whether uncertain outcomes are disliked, or may come to be."""
+        return self.learn_caution or self.caution > 0
+
 
 @dataclass(frozen=True)
 class Training:
@@ -69,12 +81,14 @@ class Training:
     Attributes:
         log_likelihood: float64 ``[iterations taken]``: the mean before each step.
         beta: the inverse temperature at the end.
+        caution: the dislike of uncertain outcomes at the end.
         step_reward: the Bellman term's common reward at the end, 0 without that term.
         converged: whether the tolerance was met before the iterations ran out.
     """
 
     log_likelihood: np.ndarray
     beta: float
+    caution: float
     step_reward: float
     converged: bool
 
@@ -86,8 +100,10 @@ class _State:
         self, network: VRFunction, config: TrainingConfig, rng: np.random.Generator
     ) -> None:
         """Begin; ``network`` and ``rng`` are shared, not copied."""
-        # log β and the common reward: one number each, in their natural scales, never decayed.
-        self.scalars = torch.tensor([math.log(config.beta), 0.0], dtype=torch.float64)
+        # log β, the common reward, and caution: one number each, in scales that steps of the same
+        # size suit, never decayed.
+        start = [math.log(config.beta), 0.0, config.caution / PACE]
+        self.scalars = torch.tensor(start, dtype=torch.float64)
         optimizer = OPTIMIZERS[config.optimizer]
         self.ascend = optimizer(network.parameters, config.weight_decay)
         self.ascend_scalars = optimizer(self.scalars)
@@ -101,6 +117,11 @@ class _State:
             "scalar_moments": self.ascend_scalars.moments,
         }
 
+    @property
+    def caution(self) -> float:
+        """The dislike of uncertain outcomes, in units of f."""
+        return PACE * self.scalars[2].item()
+
     def settled(self, tolerance: float) -> bool:
         """Whether two successive windows' mean log-likelihoods differ by less than ``tolerance``.
 
@@ -110,6 +131,26 @@ class _State:
             return False
         before, after = self.log_likelihood[self.done - 2 * WINDOW : self.done].reshape(2, WINDOW)
         return bool(abs(after.mean() - before.mean()) < tolerance)
+
+    def outcome(self, tolerance: float) -> Training:
+        """What a caller is told at the end."""
+        return Training(
+            log_likelihood=self.log_likelihood[: self.done].copy(),
+            beta=math.exp(self.scalars[0].item()),
+            caution=self.caution,
+            step_reward=self.scalars[1].item(),
+            converged=self.settled(tolerance),
+        )
+
+    def take_up(self, path: Path, identity: dict[str, Any]) -> None:
+        """Go on from a checkpoint, if there is one.
+
+        If not, one is written at once, so that a path that cannot be written costs no work.
+        """
+        if path.exists():
+            self.restore(path, identity)
+        else:
+            self.save(path, identity)
 
     def save(self, path: Path, identity: dict[str, Any]) -> None:
         """Write a checkpoint."""
@@ -157,7 +198,8 @@ def train(
         callback: called after each step with the iterations done and the mean
             log-likelihood before that step; the network may be read meanwhile. Iterations that
             a checkpoint already holds are not told again.
-        bellman: the penalty's states; required if ``config.bellman_weight`` is above 0.
+        bellman: the penalty's states; required if ``config.bellman_weight`` is above 0. It and
+            the problem are cautious if ``config`` is.
         checkpoint: where to save training, and to take it up again; nowhere if absent.
 
     Raises:
@@ -170,38 +212,50 @@ def train(
     if config.bellman_weight == 0:
         bellman = None
     x = torch.as_tensor(features, dtype=torch.float32)
-    at = network.at(x[torch.from_numpy(problem.states)])
+    # On all states the penalty needs f wherever the likelihood does: once is then enough.
+    whole = None if bellman is None else bellman.whole
+    states = problem.states if whole is None else whole.states
+    at, asked = _At(network, x, states), np.searchsorted(states, problem.states)
     state = _State(network, config, rng)
     identity: dict[str, Any] = {}
     if checkpoint is not None:
         identity = _identity(network, problem, x, config, rng, bellman)
-        if checkpoint.path.exists():
-            state.restore(checkpoint.path, identity)
-        else:  # at once, so that a path that cannot be written costs no work
-            state.save(checkpoint.path, identity)
+        state.take_up(checkpoint.path, identity)
     resumed_from = state.done
-    scalars_too = config.learn_beta or bellman is not None
+    scalars_too = config.learn_beta or config.learn_caution or bellman is not None
     while state.done < config.iterations and not state.settled(config.tolerance):
         size = _step(config, state.done)
         beta = math.exp(state.scalars[0].item())
-        value, df, dbeta = problem.value_and_gradient(at.forward().cpu().numpy(), beta)
+        f = at.forward(state.caution)
+        value, df, dbeta = problem.value_and_gradient(f[asked], beta)
         if not math.isfinite(value):
             raise InputError(
                 f"step: training diverged at iteration {state.done}; choose a smaller step"
             )
-        gradient = at.backward(torch.from_numpy(df))
         gradient_scalars = torch.zeros_like(state.scalars)
         if config.learn_beta:
             gradient_scalars[0] = beta * dbeta
-        if bellman is not None:
-            batch = bellman.draw(rng)
-            at_batch = network.at(x[torch.from_numpy(batch.states)])
-            f = at_batch.forward().cpu().numpy()
+        if bellman is None:
+            gradient, dcaution = at.backward(df)
+        else:
+            batch, weight = bellman.draw(rng), config.bellman_weight
+            at_batch = at if batch is whole else _At(network, x, batch.states)
+            f_batch = f if batch is whole else at_batch.forward(state.caution)
             if state.done == 0:  # begin where the penalty, nearly an absolute value, is least
-                state.scalars[1] = float(np.median(batch.rewards(f)))
-            _, df, dreward = batch.value_and_gradient(f, state.scalars[1].item())
-            gradient -= config.bellman_weight * at_batch.backward(torch.from_numpy(df))
-            gradient_scalars[1] = -config.bellman_weight * dreward
+                state.scalars[1] = float(np.median(batch.rewards(f_batch)))
+            _, penalty, dreward = batch.value_and_gradient(f_batch, state.scalars[1].item())
+            gradient_scalars[1] = -weight * dreward
+            if batch is whole:
+                penalty *= -weight
+                penalty[asked] += df
+                gradient, dcaution = at.backward(penalty)
+            else:
+                gradient, dcaution = at.backward(df)
+                dpenalty, more = at_batch.backward(penalty)
+                gradient -= weight * dpenalty
+                dcaution -= weight * more
+        if config.learn_caution:
+            gradient_scalars[2] = PACE * dcaution
         state.ascend.step(gradient, size)
         if scalars_too:
             state.ascend_scalars.step(gradient_scalars, size)
@@ -213,12 +267,27 @@ def train(
             callback(state.done, value)
     if checkpoint is not None and state.done > resumed_from:
         state.save(checkpoint.path, identity)
-    return Training(
-        log_likelihood=state.log_likelihood[: state.done].copy(),
-        beta=math.exp(state.scalars[0].item()),
-        step_reward=state.scalars[1].item(),
-        converged=state.settled(config.tolerance),
-    )
+    return state.outcome(config.tolerance)
+
+
+class _At:
+    """f at fixed states, the last of which may be the pseudo-state of `irl.neighbourhood`."""
+
+    def __init__(self, network: VRFunction, x: torch.Tensor, states: np.ndarray) -> None:
+        self._n = states.size - int(states[-1] == len(x))
+        self._f = np.empty(states.size)
+        self._evaluation = network.at(x[torch.from_numpy(states[: self._n])])
+
+    def forward(self, caution: float) -> np.ndarray:
+        """F of the states, the pseudo-state's being −caution; overwritten by the next call."""
+        self._f[: self._n] = self._evaluation.forward().cpu().numpy()
+        self._f[self._n :] = -caution
+        return self._f
+
+    def backward(self, df: np.ndarray) -> tuple[torch.Tensor, float]:
+        """Gradients of Σ df·f in the weights (a buffer), and in the caution."""
+        gradient = self._evaluation.backward(torch.from_numpy(df[: self._n]))
+        return gradient, -float(df[self._n :].sum())
 
 
 def _identity(

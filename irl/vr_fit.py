@@ -38,13 +38,21 @@ def likeliest(
     x, fixed_vr = given.problem.required_features(), given.problem.fixed_vr
     if training is None:
         training = TrainingConfig(beta=inverse_temperature(given.demonstrations))
-    problem = LikelihoodProblem.of(model, given.demonstrations, fixed_vr=fixed_vr)
+    cautious = training.cautious
+    problem = LikelihoodProblem.of(
+        model, given.demonstrations, fixed_vr=fixed_vr, cautious=cautious
+    )
     bellman = None
     if training.bellman_weight > 0:
         bellman = BellmanTerm(
-            model, given.gamma, fixed_vr, batch=training.bellman_batch, delta=training.bellman_delta
+            model,
+            given.gamma,
+            fixed_vr,
+            batch=training.bellman_batch,
+            delta=training.bellman_delta,
+            cautious=cautious,
         )
-    best, f, done = -np.inf, np.zeros(model.n_states), 0
+    best, f, caution, done = -np.inf, np.zeros(model.n_states), 0.0, 0
     settled: bool | None = None
 
     def told(iteration: int, value: float) -> None:
@@ -58,11 +66,12 @@ def likeliest(
         run = train(network, problem, x, training, given.rng, told, bellman)
         done += run.log_likelihood.size
         values = pin(network.values(x), fixed_vr)
-        likelihood, _, _ = problem.value_and_gradient(values[problem.states], run.beta)
+        seen = np.append(values, -run.caution)[problem.states]
+        likelihood, _, _ = problem.value_and_gradient(seen, run.beta)
         if likelihood > best:
-            best, f = likelihood, values
+            best, f, caution = likelihood, values, run.caution
             settled = run.converged if training.tolerance > 0 else None
-    q = model.q_values(f)
+    q = model.q_values(f, caution)
     V = np.where(model.mask.any(axis=1), q.max(axis=1), 0.0)
     reward = f - given.gamma * V  # by (3.18)
     return Found(reward, q, iterations=done, converged=settled)

@@ -23,9 +23,14 @@ from models.task.spaces import N_STATES
 
 @dataclass(frozen=True)
 class Assessment:
-    """The figures of design §5, by the names in ``result.json``."""
+    """The figures by the names in ``result.json``.
+
+    ``accuracy_strict_ceiling`` is what the best of policies can expect of ``accuracy_strict``: of k
+    actions that are equally good the demonstrator shows each with probability 1/k.
+    """
 
     accuracy_strict: Share
+    accuracy_strict_ceiling: float
     accuracy_optimal: Share
     accuracy_optimal_all: Share
     success_mdp: float
@@ -68,6 +73,7 @@ def assess(
 
     return Assessment(
         accuracy_strict=accuracy_strict(policy.action, validation.state, validation.action),
+        accuracy_strict_ceiling=float((1 / optimal[validation.state].sum(axis=1)).mean()),
         accuracy_optimal=accuracy_optimal(policy.action, validation.state, optimal),
         accuracy_optimal_all=accuracy_on_unseen(
             policy.action, labels.state, oracle, task.start_states

@@ -11,21 +11,33 @@ from tqdm import tqdm
 from experiments.grasping.teacher import GraspTeacher
 from irl.active import ActiveConfig, Progress, Result, active_fa_mlirl
 from irl.active_state import training_files
-from irl.choices import Limits, Settings
+from irl.choices import Limits, Settings, check_choice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
+from irl.factors import one_hot
 from irl.files import atomic_path
 from irl.formats import read_json, write_json
-from irl.generalisation import rule_purity
 from irl.metrics import accuracy_on_unseen, success_mdp
 from irl.policy import Policy
 from irl.problem import LearningProblem
+from irl.rule_trust import AT_THE_END, ON_THE_WAY, Trust
 from irl.task_data import EVIDENCE, TaskData
 from irl.training import TrainingConfig
 from models.task.spaces import N_STATES
 
 THESIS_DEMONSTRATIONS, THESIS_DEMONSTRATED = 981, 0.0811
 """Initial demonstrations of §6.3, and the share of demonstrated states in Table 6.3."""
+FACTORED = "factored"
+FACTORS = (("x", "y", "z"), ("alpha", "beta", "gamma"), ("gripper",))
+"""Columns of ``states.csv`` that name a state: its position, orientation and gripper."""
+STRONG = TrainingConfig(
+    step=3e-3,
+    learn_caution=True,
+    bellman_weight=100.0,
+    bellman_batch=N_STATES + 1,
+    bellman_delta=0.02,
+)
+"""How the network learns the grasping task best: with the penalty on all states."""
 CHECKPOINT, CURVE = "learning.checkpoint", "learning_curve.json"
 """What an interrupted run leaves in its folder."""
 
@@ -34,22 +46,24 @@ CHECKPOINT, CURVE = "learning.checkpoint", "learning_curve.json"
 class LearningConfig(Settings):
     """Algorithm 4.1 on the grasping task."""
 
-    features: str = "rotation"
-    """Which features of the task data the network sees: rotation or thesis."""
+    features: str = "factored"
+    """What the network sees of a state: thesis or rotation, as in the task data, or factored, which
+    adds to rotation a column for each position, orientation and gripper orientation."""
     demonstrations: Annotated[int, Limits(1, N_STATES)] = THESIS_DEMONSTRATIONS
     """How many distinct states are demonstrated before the first query."""
     least_purity: Annotated[float, Limits(0, 1)] = 0.95
-    """A generalisation rule is left out if a smaller share of its labels is right."""
+    """A generalisation rule is left out if a smaller share of its labels is right, as far as runs
+    tell that pass through the same states; 0 trusts every rule, as the thesis does."""
     active: ActiveConfig = field(
         default_factory=lambda: ActiveConfig(
-            initial=TrainingConfig(iterations=3000, bellman_weight=10.0, bellman_delta=0.05),
-            refine=TrainingConfig(
-                iterations=100, step=3e-4, bellman_weight=10.0, bellman_delta=0.05
-            ),
-            budget=20,
+            initial=replace(STRONG, iterations=200),
+            refine=replace(STRONG, iterations=40),
+            budget=40,
+            batch=10,
             max_demonstrated=int(THESIS_DEMONSTRATED * N_STATES),
-            state_query="visitation_entropy",
+            state_query="visited_and_diverse",
             query_beta=30.0,
+            hidden=(64, 32),
             state_preferences=False,
         )
     )
@@ -81,16 +95,16 @@ class Learnt:
         result: of Algorithm 4.1.
         initial: the demonstrations before the first query.
         curve: one point a training.
-        rules: the generalisation rules used.
-        purity: each rule's share of right labels, None if it never applies.
+        trust: in each generalisation rule by kind of source, what the runs told of it.
+        rules: of those, the ones used.
         evidence: transition entries by evidence.
     """
 
     result: Result
     initial: Demonstrations
     curve: list[CurvePoint]
-    rules: list[str]
-    purity: Mapping[str, float | None]
+    trust: dict[str, dict[str, Trust]]
+    rules: dict[str, list[str]]
     evidence: Mapping[str, int]
 
 
@@ -114,19 +128,11 @@ def learn(
     Raises:
         InputError: if the task data lack the features, or ``folder`` keeps other work.
     """
-    if config.features not in task.features:
-        raise InputError(
-            f"features '{config.features}' are not in the task data; "
-            f"valid: {', '.join(task.features)}"
-        )
-    purity = {
-        name: found.share
-        for name, found in rule_purity(task.generalisation, teacher.oracle.optimal_actions).items()
-    }
-    rules = [n for n, share in purity.items() if share is not None and share >= config.least_purity]
-    answers = teacher.answers(rules)
-    initial = teacher.initial_demonstrations(answers, config.demonstrations, rng)
-    problem = LearningProblem.of(task, config.features)
+    features = network_features(task, config.features)
+    initial, answers, trust = teacher.initial_demonstrations(
+        config.demonstrations, config.least_purity, rng
+    )
+    problem = replace(LearningProblem.of(task), features=features)
     problem = replace(problem, candidates=teacher.candidates(problem))
     kept = None if folder is None else folder / CURVE
     curve = [] if kept is None or not kept.exists() else _read_curve(kept)
@@ -162,8 +168,25 @@ def learn(
         )
     evidence = np.bincount(task.transitions.evidence, minlength=len(EVIDENCE))
     return Learnt(
-        result, initial, curve, rules, purity, dict(zip(EVIDENCE, evidence.tolist(), strict=True))
+        result,
+        initial,
+        curve,
+        trust,
+        {ON_THE_WAY: list(answers.rules or []), AT_THE_END: list(answers.rules_at_end or [])},
+        dict(zip(EVIDENCE, evidence.tolist(), strict=True)),
     )
+
+
+def network_features(task: TaskData, name: str) -> np.ndarray:
+    """What a network sees of the states: `LearningConfig.features`.
+
+    Raises:
+        InputError: if there are no such features.
+    """
+    check_choice("features", name, (*task.features, FACTORED))
+    if name != FACTORED:
+        return task.feature(name)
+    return np.concatenate([task.feature("rotation"), one_hot(task.states, FACTORS)], axis=1)
 
 
 def forget(folder: Path) -> None:

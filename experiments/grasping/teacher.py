@@ -8,11 +8,12 @@ from typing import Annotated, Literal
 import numpy as np
 
 from irl.choices import Limits, Settings
-from irl.collection import initial_demonstrations, recorded_demonstrations
+from irl.collection import by_trusted_rules, recorded_runs, runs_from
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator, OracleExpert, RecordedDemonstrator
 from irl.errors import InputError
 from irl.problem import LearningProblem
+from irl.rule_trust import Trust
 from irl.task_data import TaskData
 from irl.teacher import Teacher
 from models.task.clusters import uncomfortable_states
@@ -81,8 +82,8 @@ class GraspTeacher:
             label_noise=config.label_noise,
         )
 
-    def answers(self, rules: list[str]) -> Teacher:
-        """Who answers the learner; ``rules`` say what follows from a demonstration by itself."""
+    def answers(self, rules: list[str] | None = None) -> Teacher:
+        """Who answers the learner; ``rules`` say what follows from a demonstration; all if None."""
         return Teacher(
             self.oracle if self.recording is None else RecordedDemonstrator(self.recording),
             OracleExpert(self.oracle, self.task.start_states),
@@ -91,16 +92,28 @@ class GraspTeacher:
         )
 
     def initial_demonstrations(
-        self, teacher: Teacher, count: int, rng: np.random.Generator
-    ) -> Demonstrations:
+        self, count: int, least_purity: float, rng: np.random.Generator
+    ) -> tuple[Demonstrations, Teacher, dict[str, dict[str, Trust]]]:
         """Labels of ``count`` states before the first question; of a recording, all if fewer.
 
+        Returns:
+            The labels; who goes on to answer; and the trust in each generalisation rule.
+
         Raises:
-            InputError: as `irl.collection.initial_demonstrations`.
+            InputError: as `irl.collection.by_trusted_rules`.
         """
+        answers = self.answers()
         if self.recording is not None:
-            return recorded_demonstrations(teacher, self.recording, count, rng)
-        return initial_demonstrations(teacher, self.task.start_states, count, rng)
+            runs = recorded_runs(self.recording, rng)
+        else:
+            runs = runs_from(self.oracle, self.task.start_states, rng)
+        return by_trusted_rules(answers, runs, count, least_purity)
+
+    def share_right(self, labels: Demonstrations) -> float | None:
+        """Share of generalised labels that the simulated mind would confirm; None without any."""
+        derived = labels.select(labels.generalised)
+        right = self.oracle.optimal_actions[derived.state, derived.action]
+        return float(right.mean()) if right.size else None
 
     def candidates(self, problem: LearningProblem) -> np.ndarray | None:
         """The states of ``problem`` that there is an answer for."""

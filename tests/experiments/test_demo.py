@@ -48,6 +48,7 @@ def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
     assert {
         "accuracy_optimal",
         "accuracy_strict",
+        "accuracy_strict_ceiling",
         "success_mdp",
         "success_mdp_oracle",
         "success_drake",

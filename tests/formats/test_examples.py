@@ -136,9 +136,20 @@ def test_policies_by_chance_are_read(name, example):
     assert (policy.algorithm, policy.seed) == ("birl", 3)
 
 
+def refused_by_version(name, read):
+    """Whether a checkpoint is an older one; those are refused: other training would go on."""
+    if name.endswith("/1"):
+        with pytest.raises(InputError, match=r"'schema_version' is 1; supported: 2"):
+            read()
+    return name.endswith("/1")
+
+
 @pytest.mark.parametrize("name", [k for k in kept() if k.startswith("training/")])
 def test_training_goes_on_from_a_checkpoint(name, example, tmp_path):
-    network, done = inputs.train_to(4, example(name) / "training.checkpoint")
+    path = example(name) / "training.checkpoint"
+    if refused_by_version(name, lambda: inputs.train_to(4, path)):
+        return
+    network, done = inputs.train_to(4, path)
     alone, wanted = inputs.train_to(4, tmp_path / "new.checkpoint")
     np.testing.assert_allclose(done.log_likelihood, wanted.log_likelihood, rtol=1e-5)
     np.testing.assert_allclose(network.parameters, alone.parameters, rtol=1e-5)
@@ -147,7 +158,10 @@ def test_training_goes_on_from_a_checkpoint(name, example, tmp_path):
 @pytest.mark.parametrize("name", [k for k in kept() if k.startswith("active_learning/")])
 def test_active_learning_goes_on_from_a_checkpoint(name, example):
     state, wanted = inputs.active_state(learnt=False), inputs.active_state(learnt=True)
-    state.restore(example(name) / "learning.checkpoint", {"seed": 1})
+    path = example(name) / "learning.checkpoint"
+    if refused_by_version(name, lambda: state.restore(path, {"seed": 1})):
+        return
+    state.restore(path, {"seed": 1})
     assert state.rng.random() == wanted.rng.random()
     assert state.labels.state.tolist() == [0, 1, 2]
     assert (state.asked, state.asked_clusters, state.history) == ([2], ["low"], wanted.history)

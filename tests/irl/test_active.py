@@ -39,6 +39,7 @@ CONFIG = ActiveConfig(
     budget=6,
     query_beta=70.0,
     hidden=(16, 16),
+    prefer="thesis",
 )
 CLUSTERS = {"left": np.flatnonzero(WORLD.cells[:, 0] < 3), "top": np.arange(42, 49)}
 ONE_CORNER = Demonstrations.from_pairs(WORLD.trajectories("diagonal")[0])
@@ -299,6 +300,8 @@ def test_one_query_a_round_is_algorithm_4_1_step_by_step(strategy):
             beta=config.query_beta,
             start_states=np.arange(49),
             rng=rng,
+            ends=np.array([WORLD.goal_state]),  # where the guide always ends
+            asked=len(asked),
         )
         asked += select_states(strategy, context).tolist()
         shown = guide.trajectory(asked[-1], rng)
@@ -355,7 +358,7 @@ def test_committee_members_differ_and_weigh_labels_for_good():
     committee = Committee(problem, 3, (8,), np.random.default_rng(0))
     weights = [member.weight.copy() for member in committee.members]
     committee.fit(ONE_CORNER, SHORT.initial)
-    f = committee.values()
+    f = np.stack([member.values() for member in committee.members])
     assert f.shape == (3, 49)
     assert (f[:, 0] == 0.5).all()
     assert all(np.ptp(f[:, s]) > 0 for s in range(1, 49))

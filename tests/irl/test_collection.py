@@ -2,11 +2,13 @@ import numpy as np
 import pytest
 
 from irl.collection import (
+    by_trusted_rules,
     demonstrate,
     held_out,
     initial_demonstrations,
     mislabel,
-    recorded_demonstrations,
+    recorded_runs,
+    runs_from,
 )
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator, RecordedDemonstrator
@@ -132,7 +134,8 @@ def test_collections_repeat_with_their_seed(oracle, neighbours):
 def test_every_label_counts_as_often_as_it_was_recorded(oracle, neighbours, count):
     shown = demonstrate(oracle, range(0, 200, 5), np.random.default_rng(1))
     teacher = Teacher(RecordedDemonstrator(shown), generalisation=neighbours, rules=[])
-    first = recorded_demonstrations(teacher, shown, count, np.random.default_rng(0))
+    runs = recorded_runs(shown, np.random.default_rng(0))
+    first, *_ = by_trusted_rules(teacher, runs, count, 0.0)
     assert first.n_states_demonstrated == min(count, shown.n_states_demonstrated)
     moments = list(zip(first.trajectory, first.step, first.state, first.action, strict=True))
     assert len(set(moments)) == len(moments)
@@ -146,5 +149,29 @@ def test_a_slip_in_a_recording_weighs_once_however_many_states_lead_to_it(oracle
     runs = [[(s, 0) for s in range(10, 30)] + [(1, 1)], [(1, 0)], [(1, 0)]]
     shown = Demonstrations.from_trajectories(runs)
     teacher = Teacher(RecordedDemonstrator(shown))
-    every = recorded_demonstrations(teacher, shown, 99, np.random.default_rng(0))
+    runs = recorded_runs(shown, np.random.default_rng(0))
+    every, *_ = by_trusted_rules(teacher, runs, 99, 0.0)
     assert every.counted.policy(200)[1] == 0
+
+
+@pytest.mark.parametrize("count", [1, 60, 100])
+def test_rules_are_used_as_far_as_runs_bear_them_out(oracle, neighbours, count):
+    """A neighbour's best action is mostly another one, as runs through both tell."""
+    labels = {}
+    for least in (0.0, 0.95):
+        rng = np.random.default_rng(2)
+        runs = runs_from(oracle, np.arange(200), rng)
+        teacher = Teacher(oracle, generalisation=neighbours)
+        labels[least], trusting, trust = by_trusted_rules(teacher, runs, count, least)
+        assert labels[least].n_states_demonstrated == count
+        assert set(trusting.rules) <= set(neighbours.rule_names)
+        for name in neighbours.rule_names:
+            assert (name in trusting.rules) == (trust[name]["on the way"].share >= least)
+    for derived in (labels[0.95].select(labels[0.95].generalised),):
+        assert oracle.optimal_actions[derived.state, derived.action].all()
+
+
+def test_trust_ends_when_runs_run_dry(oracle):
+    runs = runs_from(oracle, np.array([0]), np.random.default_rng(0))
+    with pytest.raises(InputError, match=r"3 states wanted, .* reach only 0"):
+        by_trusted_rules(Teacher(oracle), runs, 3, 0.95)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from irl.errors import InputError
-from irl.generalisation import Generalisation, RulePurity, rule_purity
+from irl.generalisation import Generalisation
 
 # Rule near: {(0,0), (1,0), (2,0)} and {(3,1), (4,1)}; rule far: {(0,0), (3,1)}.
 STATE, ACTION = (0, 1, 2, 3, 4, 0, 3), (0, 0, 0, 1, 1, 0, 1)
@@ -68,36 +68,3 @@ def test_wrong_columns_are_named():
         Generalisation(good.state, good.action, good.group.astype(int), good.rule, ["a", "b"])
     with pytest.raises(InputError, match="field 'rule' must be uint8"):
         Generalisation(good.state, good.action, good.group, good.rule[:-1], ["a", "b"])
-
-
-def test_purity_counts_every_derivation_of_a_co_optimal_pair():
-    optimal = np.zeros((5, 2), dtype=bool)
-    optimal[0, 0] = optimal[1, 0] = optimal[2, 1] = optimal[3, 1] = True
-    # near, group 0: (0,0) and (1,0) are co-optimal, (2,0) is not: 2 × 2 derivations, 2 right.
-    # near, group 1: (3,1) is co-optimal, but state 4 has no co-optimal action at all: not graded.
-    # far: (0,0) and (3,1) derive each other rightly.
-    assert rule_purity(build(), optimal) == {"near": RulePurity(0.5, 4), "far": RulePurity(1.0, 2)}
-
-
-def test_purity_without_derivations_is_none():
-    purity = rule_purity(build(), np.zeros((5, 2), dtype=bool))
-    assert purity["near"] == RulePurity(None, 0)
-    assert rule_purity(Generalisation.none(), np.zeros((5, 2), dtype=bool)) == {}
-
-
-def test_purity_agrees_with_enumeration():
-    rng = np.random.default_rng(0)
-    optimal = rng.random((40, 3)) < 0.4
-    rows = []
-    for group in range(30):
-        for s in rng.choice(40, size=rng.integers(1, 6), replace=False):
-            rows.append((s, rng.integers(3), group, group % 2))
-    g = build(rows)
-    for rule, name in enumerate(g.rule_names):
-        right = total = 0
-        for s, a, _, _ in {row for row in rows if row[3] == rule and optimal[row[0], row[1]]}:
-            for s_next, a_next in pairs(g.following(s, a, [name])):
-                if optimal[s_next].any():
-                    total += 1
-                    right += optimal[s_next, a_next]
-        assert rule_purity(g, optimal)[name] == RulePurity(right / total, total)

@@ -144,6 +144,26 @@ def test_a_batch_is_spread_over_the_best():
     assert select_states("margin", context(q, candidates=doubtful[:5], world=world), 20).size == 5
 
 
+def test_half_of_a_batch_is_asked_where_the_policy_goes_and_half_apart():
+    q = np.random.default_rng(1).normal(size=(25, 4))
+    known = context(q, [7])
+    for asked, count, visited in ((0, 6, 3), (0, 5, 3), (3, 5, 2), (0, 1, 1), (1, 1, 0)):
+        batch = select_states("visited_and_diverse", replace(known, asked=asked), count).tolist()
+        assert len(batch) == count
+        on_the_way = select_states("visitation_entropy", context(q, [7]), max(visited, 1)).tolist()
+        assert batch[:visited] == on_the_way[:visited]
+
+
+def test_visits_stop_where_demonstrators_ended():
+    q = np.tile([5.0, 0.0, 0.0, 0.0], (25, 1))
+    on = visitation_entropy(context(q, beta=1.0)).reshape(5, 5)
+    end = int(np.argsort(visitation_entropy(context(q)))[-2])
+    stopped = visitation_entropy(replace(context(q), ends=np.array([CORNER]))).reshape(5, 5)
+    assert (on.ravel() > 1e-4).sum() > 1
+    assert np.flatnonzero(stopped.ravel() > 1e-4).tolist() == [CORNER]
+    assert end != CORNER
+
+
 def test_random_batches_are_uniform():
     counts = np.zeros(25)
     for seed in range(600):

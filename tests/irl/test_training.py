@@ -13,6 +13,7 @@ from irl.checkpoint import Checkpoint
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
+from irl.mdp import TransitionModel
 from irl.training import TrainingConfig, train
 from irl.vr_function import VRFunction
 
@@ -26,9 +27,12 @@ def run(
 ):
     generator = torch.Generator().manual_seed(seed)
     network = VRFunction(2, (8, 8), generator=generator, additive=additive)
-    problem = LikelihoodProblem.build(WORLD.model, *WORLD.demonstrations(kind))
     config = TrainingConfig(**({"iterations": 200, "step": 0.01, "beta": 20.0} | options))
-    bellman = BellmanTerm(WORLD.model, 0.9, batch=5) if config.bellman_weight else None
+    shown = WORLD.demonstrations(kind)
+    problem = LikelihoodProblem.build(WORLD.model, *shown, cautious=config.cautious)
+    batch, cautious = options.get("bellman_batch", 5), config.cautious
+    term = BellmanTerm(WORLD.model, 0.9, batch=batch, cautious=cautious)
+    bellman = term if config.bellman_weight else None
     rng = np.random.default_rng(seed)
     features = WORLD.features * scale
     training = train(network, problem, features, config, rng, callback, bellman, checkpoint)
@@ -79,6 +83,54 @@ def test_one_sgd_step_follows_the_gradient_of_the_mean_likelihood():
 def test_beta_stays_unless_it_is_learnt():
     assert run()[1].beta == pytest.approx(20.0, rel=1e-12)
     assert run(learn_beta=True)[1].beta != pytest.approx(20.0, rel=1e-3)
+
+
+SHORTCUT = [
+    *[(s, 0, s + 1, 1.0) for s in range(4)],  # the sure way, a step at a time
+    *[(s, 1, s + 2, 0.6) for s in range(3)],  # two steps at once, or back to the start
+    *[(s, 1, 0, 0.4) for s in range(3)],
+]
+
+
+@pytest.mark.parametrize("weight", [0.0, 1.0])
+def test_who_never_takes_a_chance_is_seen_to_dislike_them(weight):
+    state, action, after, p = (np.array(column) for column in zip(*SHORTCUT, strict=True))
+    model = TransitionModel.from_entries(5, 2, state, action, after, p)
+    np.testing.assert_allclose(model.surprise[model.pair_action == 1], 0.4)
+    assert not model.surprise[model.pair_action == 0].any()
+    learnt = {}
+    for learn in (False, True):
+        network = VRFunction(5, (8,), generator=torch.Generator().manual_seed(0))
+        config = TrainingConfig(
+            iterations=300, step=3e-3, learn_caution=learn, bellman_weight=weight
+        )
+        sure = np.arange(3), np.zeros(3, dtype=np.int64)
+        problem = LikelihoodProblem.build(model, *sure, cautious=learn)
+        bellman = BellmanTerm(model, 0.9, batch=5, cautious=learn) if weight else None
+        rng = np.random.default_rng(0)
+        run = train(network, problem, np.eye(5), config, rng, bellman=bellman)
+        learnt[learn] = run
+        q = model.q_values(network.values(np.eye(5)), run.caution)
+        assert (q[:3].argmax(axis=1) == 0).all()
+    assert learnt[False].caution == 0
+    assert learnt[True].caution > 0.1
+    assert learnt[True].log_likelihood[-1] > learnt[False].log_likelihood[-1]
+
+
+def test_a_penalty_on_all_states_draws_nothing_and_is_the_mean_over_batches():
+    term = BellmanTerm(WORLD.model, 0.9, batch=10**6)
+    rng = np.random.default_rng(0)
+    before = rng.bit_generator.state
+    assert term.draw(rng) is term.whole
+    assert rng.bit_generator.state == before
+    f = np.random.default_rng(1).uniform(-0.1, 0.1, WORLD.n_states)
+    whole, *_ = term.whole.value_and_gradient(f[term.whole.states], 0.0)
+    single = BellmanTerm(WORLD.model, 0.9, batch=1)
+    each = {}
+    while len(each) < WORLD.n_states:
+        batch = single.draw(rng)
+        each[batch.seen.states[0]], *_ = batch.value_and_gradient(f[batch.states], 0.0)
+    assert whole == pytest.approx(np.mean(list(each.values())))
 
 
 def test_bellman_term_makes_the_reward_more_even():
@@ -168,6 +220,7 @@ def test_a_callback_that_raises_leaves_the_weights_of_the_iterations_done():
         EVERYTHING,
         {"optimizer": "sgd", "weight_decay": 0.1},
         {"additive": True},
+        {"learn_caution": True, "bellman_weight": 0.1, "bellman_batch": 10**6},
         {"tolerance": 5e-3, "schedule": "none", "iterations": 2000},
     ],
 )
@@ -182,6 +235,7 @@ def test_interrupted_training_ends_with_the_same_bits(tmp_path, options):
     assert digest(resumed) == digest(network)
     np.testing.assert_array_equal(training.log_likelihood, expected.log_likelihood)
     assert (training.beta, training.step_reward) == (expected.beta, expected.step_reward)
+    assert training.caution == expected.caution
     assert training.converged == expected.converged
     assert told == list(range(154, expected.log_likelihood.size + 1))  # 153 = 17 · 9 was saved
 

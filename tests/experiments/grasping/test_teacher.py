@@ -35,8 +35,7 @@ def recording(task, tmp_path_factory):
 def test_it_repeats_what_was_recorded_and_is_asked_about_nothing_else(task, recording):
     path, shown = recording
     recorded = GraspTeacher(task, TeacherConfig("recorded", path))
-    teacher = recorded.answers(rules=[])
-    first = recorded.initial_demonstrations(teacher, 10, np.random.default_rng(0))
+    first, teacher, _ = recorded.initial_demonstrations(10, 1.0, np.random.default_rng(0))
     assert first.n_states_demonstrated == 10
     assert set(first.pairs) <= set(shown.pairs)
     asked = recorded.candidates(LearningProblem.of(task, "rotation"))
@@ -48,7 +47,7 @@ def test_it_repeats_what_was_recorded_and_is_asked_about_nothing_else(task, reco
 def test_of_a_short_recording_all_is_used(task, recording):
     path, shown = recording
     recorded = GraspTeacher(task, TeacherConfig("recorded", path))
-    first = recorded.initial_demonstrations(recorded.answers([]), 981, np.random.default_rng(0))
+    first, *_ = recorded.initial_demonstrations(981, 1.0, np.random.default_rng(0))
     assert sorted(first.pairs) == sorted(shown.pairs)
 
 

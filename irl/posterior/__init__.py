@@ -1,0 +1,1 @@
+"""``goal_posterior``: Bayesian inverse reinforcement learning with structured hypotheses."""

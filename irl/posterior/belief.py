@@ -21,6 +21,7 @@ SIZES = np.array([0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64])
 BATCH = 64
 """Hypotheses planned for together."""
 _FREE = 0.5  # prior probability that a cost does not matter
+_FLATTER = 0.3  # power of the posterior that neighbours are sought by, for half of them
 _KEPT = 64  # hypotheses that predictions are made with, at most
 
 
@@ -103,7 +104,9 @@ class Belief:
         """Plan for more: in each round neighbours of the likely, and a few from the prior."""
         for _ in range(rounds):
             weight = self.weight
-            parents = rng.choice(weight.size, BATCH, p=weight)
+            # Half of them from a flatter distribution: the truth may look unlikely from afar.
+            flat = weight**_FLATTER / (weight**_FLATTER).sum()
+            parents = rng.choice(weight.size, BATCH, p=(weight + flat) / 2)
             goal, level = self.goal[parents], self.level[parents].copy()
             for k in range(BATCH):
                 kind = rng.random()
@@ -154,7 +157,8 @@ class Belief:
 
     def describe(self, k: int) -> tuple[Goal, Mapping[str, float]]:
         """Goal and sizes of costs of one hypothesis."""
-        return self.goals[self.goal[k]], dict(zip(self.names, SIZES[self.level[k]], strict=True))
+        sizes = SIZES[self.level[k]].tolist()
+        return self.goals[self.goal[k]], dict(zip(self.names, sizes, strict=True))
 
     def values_of(self, chosen: np.ndarray, pairs: np.ndarray | None = None) -> np.ndarray:
         """Action values of pairs under some hypotheses, float32 ``[pairs, n]``."""

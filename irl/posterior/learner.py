@@ -12,6 +12,7 @@ from irl.errors import InputError
 from irl.method_inputs import walk_ends, walks
 from irl.policy import Policy
 from irl.posterior.belief import Belief
+from irl.posterior.evidence import EPSILONS
 from irl.posterior.goals import propose
 from irl.posterior.plans import HardPlans
 from irl.posterior.predictions import Predicted, action_values, ends_agree, predict
@@ -138,6 +139,11 @@ class GoalLearner:
                 first[run] = (int(step), int(state))
         runs = [(first[run][1] if run in first else end, end) for run, (_, end) in last.items()]
         return ends_agree(self.belief, self.problem.model, runs)
+
+    @property
+    def unexplained(self) -> float:
+        """Share of labels that the belief takes for slips: the posterior mean of ε."""
+        return float(self.belief.care.sum(axis=0) @ EPSILONS)
 
     @property
     def _candidates(self) -> np.ndarray:

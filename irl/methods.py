@@ -351,7 +351,7 @@ METHODS: Mapping[str, Method] = {
         planned(SoftMax()),
         penalty="lower sparsity",
     ),
-    "goal_posterior": Method(_goal_posterior),
+    "goal_posterior": Method(_goal_posterior, (GoalConfig,)),
 }
 OF_PAIRS = (*("max_ent", "deep_max_ent", "bellman_gradient", "linear_mlirl", "birl", "planning"),)
 """Methods that learn a reward of pairs from features of pairs."""

@@ -77,8 +77,9 @@ class Evidence:
         """
         n = q.shape[1]
         total = np.zeros((n, BETAS.size, EPSILONS.size))
-        ended = goals[self.ends]
-        total += np.where(ended, np.log1p(-_MISTAKEN), np.log(_MISTAKEN)).sum(axis=0)[:, None, None]
+        right = np.log1p(-_MISTAKEN) * goals[self.ends].sum(axis=0)
+        wrong = np.log(_MISTAKEN) * (~goals[self.ends]).sum(axis=0)
+        total += (right + wrong)[:, None, None]
         if not self.label.size:
             return total
         group = self.groups.segment[self.label]

@@ -3,7 +3,7 @@
 Enough is predicted success of 0.99 and predicted accuracy of 0.95 at two checks in a row, while
 runs end where the learner's plans do. Predictions hold if the truth is among the hypotheses. Two
 things are looked at because they need no such faith: where runs ended, and how many labels none of
-the hypotheses explains but as a slip.
+the hypotheses explains but as a slip. A cost that has no name may escape both.
 """
 
 from dataclasses import dataclass, field

@@ -189,7 +189,8 @@ class Demonstrations:
         """
         columns = [getattr(self, column)[rows] for column in _COLUMNS]
         lost = np.setdiff1d(self.trajectory, columns[0])
-        return Demonstrations(*columns, self.ends[~np.isin(self.ends[:, 0], lost)])
+        columns.append(self.ends[~np.isin(self.ends[:, 0], lost)])
+        return Demonstrations(*columns)
 
     @property
     def pairs(self) -> list[tuple[int, int]]:

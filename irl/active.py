@@ -293,7 +293,7 @@ class _Run:
         asked = np.array(state.asked, dtype=np.int64)
         known = np.r_[state.labels.state, asked]
         # Who was asked and showed nothing had nothing to do there.
-        ends = np.r_[state.labels.ends(problem.model), np.setdiff1d(asked, state.labels.state)]
+        ends = np.r_[state.labels.ended_in(problem.model), np.setdiff1d(asked, state.labels.state)]
         return QueryContext(
             model=problem.model,
             q=q,

@@ -9,7 +9,7 @@ import numpy as np
 
 from irl.choices import check_range
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import Demonstrator
+from irl.demonstrators import Demonstrator, OracleDemonstrator
 from irl.errors import InputError
 from irl.rule_trust import AT_THE_END, ON_THE_WAY, Trust, rule_trust
 from irl.teacher import Teacher
@@ -68,7 +68,37 @@ def mislabel(
     changed = np.flatnonzero(action != demonstrations.action)
     trajectory[changed] = trajectory.max(initial=-1) + 1 + np.arange(changed.size)
     step[changed] = 0
-    return replace(demonstrations, trajectory=trajectory, step=step, action=action)
+    # Their runs still end where they did, but for those that lose all they had.
+    left = np.isin(demonstrations.ends[:, 0], np.setdiff1d(demonstrations.trajectory, trajectory))
+    ends = demonstrations.ends[~left]
+    return replace(demonstrations, trajectory=trajectory, step=step, action=action, ends=ends)
+
+
+def demonstrate_to_the_end(
+    oracle: OracleDemonstrator,
+    starts: Iterable[int],
+    rng: np.random.Generator,
+    max_steps: int = 50,
+) -> Demonstrations:
+    """One trajectory from each start, and where it ended, if it did within ``max_steps``.
+
+    From a state where there is nothing to do, the run is its end alone.
+
+    Args:
+        oracle: who demonstrates.
+        starts: state indices, each taken when the trajectory before it has ended.
+        rng: draws the demonstrator's choices, and what comes of them.
+        max_steps: length at which a trajectory is broken off, without an end.
+    """
+    runs, ends = [], []
+    for start in starts:
+        run, state = [], int(start)
+        while not oracle.terminal[state] and len(run) < max_steps:
+            run.append((state, oracle.label(state, rng)))
+            state = oracle.model.sample(*run[-1], rng)
+        runs.append(run)
+        ends.append(state if oracle.terminal[state] else None)
+    return Demonstrations.from_trajectories(runs, ends)
 
 
 def _collect(

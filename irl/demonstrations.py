@@ -1,7 +1,7 @@
 """Demonstration sets: labelled pairs, where they come from, and what follows from them (§5.10)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -33,6 +33,10 @@ class Demonstrations:
         state: int64 ``[n]``.
         action: int64 ``[n]``.
         source: uint8 ``[n]``, an index into ``SOURCES``.
+        ends: int64 ``[m, 3]``, where the demonstrator stopped, having nothing left to do:
+            trajectory, step and state, one for a run at most, its step after all others. A run of
+            an end alone says that there is nothing to do in that state. A run that was merely cut
+            off has none.
     """
 
     trajectory: np.ndarray
@@ -40,6 +44,7 @@ class Demonstrations:
     state: np.ndarray
     action: np.ndarray
     source: np.ndarray
+    ends: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
 
     def __post_init__(self) -> None:
         """Check types and lengths, and that no two demonstrated pairs are one moment of one run.
@@ -56,6 +61,8 @@ class Demonstrations:
         lengths = {column: getattr(self, column).size for column in _COLUMNS}
         if len(set(lengths.values())) > 1:
             raise InputError(f"columns of one length wanted, got {lengths}", place="demonstrations")
+        ends = integers(self.ends, "demonstrations: field 'ends'", columns=3)
+        object.__setattr__(self, "ends", ends)
         shown = ~self.generalised
         moments, count = np.unique(
             np.stack([self.trajectory[shown], self.step[shown]]), axis=1, return_counts=True
@@ -66,10 +73,32 @@ class Demonstrations:
                 "of its own and every move its step",
                 place="demonstrations",
             )
+        self._check_ends()
+
+    def _check_ends(self) -> None:
+        runs, count = np.unique(self.ends[:, 0], return_counts=True)
+        for trajectory in runs[count > 1][:1]:
+            raise InputError(f"trajectory {trajectory} ends more than once", place="demonstrations")
+        if not len(runs):
+            return
+        said = dict(self.ends[:, :2].tolist())
+        of_ended = np.isin(self.trajectory, runs)
+        pairs = zip(self.trajectory[of_ended].tolist(), self.step[of_ended].tolist(), strict=True)
+        for trajectory, step in pairs:
+            if step >= said[trajectory]:
+                raise InputError(
+                    f"trajectory {trajectory} has step {step}, though it is said to end before "
+                    f"step {said[trajectory]}",
+                    place="demonstrations",
+                )
 
     @classmethod
     def from_pairs(
-        cls, pairs: Iterable[tuple[int, int]], trajectory: int = 0, source: str = "demonstrator"
+        cls,
+        pairs: Iterable[tuple[int, int]],
+        trajectory: int = 0,
+        source: str = "demonstrator",
+        end: int | None = None,
     ) -> "Demonstrations":
         """One trajectory of (state, action) pairs, steps counted from 0.
 
@@ -77,6 +106,8 @@ class Demonstrations:
             pairs: integers ``[n, 2]``: an array, or anything that gives pairs.
             trajectory: its number; runs that are to be kept together need different ones.
             source: who says so, a name in ``SOURCES``.
+            end: the state in which there was nothing left to do, after all pairs; None if the run
+                was cut off, or nobody knows.
 
         Raises:
             InputError: if ``pairs`` are not pairs of integers from 0, or ``source`` is unknown.
@@ -93,14 +124,26 @@ class Demonstrations:
             state=table[:, 0],
             action=table[:, 1],
             source=np.full(n, SOURCES.index(source), dtype=np.uint8),
+            ends=np.array([] if end is None else [[trajectory, n, end]]),
         )
 
     @classmethod
     def from_trajectories(
-        cls, trajectories: Iterable[Iterable[tuple[int, int]]]
+        cls,
+        trajectories: Iterable[Iterable[tuple[int, int]]],
+        ends: Iterable[int | None] | None = None,
     ) -> "Demonstrations":
-        """Trajectories of (state, action) pairs, numbered from 0, conflicts included."""
-        return cls.concatenate([cls.from_pairs(run, k) for k, run in enumerate(trajectories)])
+        """Trajectories of (state, action) pairs, numbered from 0, conflicts included.
+
+        Args:
+            trajectories: the runs.
+            ends: for each the state where it ended, as ``end`` of ``from_pairs``.
+        """
+        runs = list(trajectories)
+        stops = [None] * len(runs) if ends is None else list(ends)
+        if len(stops) != len(runs):
+            raise InputError(f"{len(runs)} wanted, one a run, got {len(stops)}", place="ends")
+        return cls.concatenate([cls.from_pairs(run, k, end=stops[k]) for k, run in enumerate(runs)])
 
     @classmethod
     def from_labels(
@@ -132,15 +175,22 @@ class Demonstrations:
                 ``from_trajectories`` does.
         """
         some = parts or [cls.empty()]
-        return cls(*(np.concatenate([getattr(part, c) for part in some]) for c in _COLUMNS))
+        names = (*_COLUMNS, "ends")
+        return cls(*(np.concatenate([getattr(part, c) for part in some]) for c in names))
 
     def __len__(self) -> int:
         """Number of labelled pairs."""
         return self.state.size
 
     def select(self, rows: np.ndarray) -> "Demonstrations":
-        """The pairs at the given positions (integers, or bool ``[n]``)."""
-        return Demonstrations(*(getattr(self, column)[rows] for column in _COLUMNS))
+        """The pairs at the given positions (integers, or bool ``[n]``).
+
+        An end stays unless its run loses all its pairs.
+        """
+        columns = [getattr(self, column)[rows] for column in _COLUMNS]
+        lost = np.setdiff1d(self.trajectory, columns[0])
+        columns.append(self.ends[~np.isin(self.ends[:, 0], lost)])
+        return Demonstrations(*columns)
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
@@ -167,8 +217,10 @@ class Demonstrations:
         The former answer is then replaced, the whole run, with all that followed from it. A state
         that runs of different numbers pass through was shown more than once, and each counts.
         """
-        kept = ~np.isin(self.trajectory, answers.trajectory)
-        return Demonstrations.concatenate([self.select(kept), answers])
+        anew = np.union1d(answers.trajectory, answers.ends[:, 0])
+        kept = self.select(~np.isin(self.trajectory, anew))
+        kept = replace(kept, ends=kept.ends[~np.isin(kept.ends[:, 0], anew)])
+        return Demonstrations.concatenate([kept, answers])
 
     @property
     def last_of_runs(self) -> np.ndarray:
@@ -180,15 +232,16 @@ class Demonstrations:
         last[ordered[np.append(run[1:] != run[:-1], True)[: run.size]]] = True
         return last
 
-    def ends(self, model: TransitionModel) -> np.ndarray:
-        """The states that runs most likely ended in, and nobody acts in; int64, ascending.
+    def ended_in(self, model: TransitionModel) -> np.ndarray:
+        """The states that runs ended in; int64, ascending.
 
-        A run does not record what its last action led to; ``model`` knows what is likeliest.
+        Where a run does not say, the likeliest that its last action led to, unless somebody acts
+        there.
         """
-        last = self.last_of_runs
+        last = self.last_of_runs & ~np.isin(self.trajectory, self.ends[:, 0])
         pair = model.pair_index(self.state[last], self.action[last])
         likeliest = np.asarray(model.P[pair].argmax(axis=1)).ravel() if pair.size else pair
-        return np.setdiff1d(likeliest, self.state).astype(np.int64)
+        return np.union1d(self.ends[:, 2], np.setdiff1d(likeliest, self.state)).astype(np.int64)
 
     @property
     def states_by_rank(self) -> np.ndarray:
@@ -212,11 +265,11 @@ class Demonstrations:
             InputError: naming ``place``, row and field of the first pair that cannot be executed,
                 or trajectory, step and move of the first that the model says is impossible.
         """
-        for field, limit in (("state", model.n_states), ("action", model.n_actions)):
-            values = getattr(self, field)
+        for column, limit in (("state", model.n_states), ("action", model.n_actions)):
+            values = getattr(self, column)
             for row in np.flatnonzero((values < 0) | (values >= limit))[:1]:
                 raise InputError(
-                    f"row {row}, field '{field}' is {values[row]}, must lie in 0…{limit - 1}",
+                    f"row {row}, field '{column}' is {values[row]}, must lie in 0…{limit - 1}",
                     place=place,
                 )
         for row in np.flatnonzero(model.pair_index(self.state, self.action) < 0)[:1]:
@@ -227,6 +280,7 @@ class Demonstrations:
                 valid=model.actions_of(state).tolist() or ["none"],
             )
 
+        self._check_ends_of(model, place)
         before, after = self._moves()
         leads = self._leads_on(model, before, after)
         for k in np.flatnonzero(~leads)[:1]:
@@ -237,6 +291,24 @@ class Demonstrations:
                 "on; if runs were joined there, part them: Demonstrations.parted(model)",
                 place=place,
             )
+
+    def _check_ends_of(self, model: TransitionModel, place: str) -> None:
+        """Check that runs end in states there are, where their last moves may lead."""
+        for trajectory, step, state in self.ends:
+            if not 0 <= state < model.n_states:
+                raise InputError(
+                    f"trajectory {trajectory} ends in state {state}, must lie in "
+                    f"0…{model.n_states - 1}",
+                    place=place,
+                )
+            last = (self.trajectory == trajectory) & (self.step == step - 1) & ~self.generalised
+            for pair in model.pair_index(self.state[last], self.action[last]):
+                if model.P[pair, state] == 0:
+                    raise InputError(
+                        f"trajectory {trajectory}, step {step - 1} never leads to state {state}, "
+                        "where the run is said to end",
+                        place=place,
+                    )
 
     def parted(self, model: TransitionModel) -> tuple["Demonstrations", int]:
         """These pairs, each run parted where the model says that a move is impossible.
@@ -251,13 +323,14 @@ class Demonstrations:
         """
         before, after = self._moves()
         impossible = after[~self._leads_on(model, before, after)]
-        trajectory = self.trajectory.copy()
+        trajectory, ends = self.trajectory.copy(), self.ends.copy()
         begins = np.lexsort((self.step[impossible], self.trajectory[impossible]))
         highest = int(trajectory.max(initial=-1))
         for number, row in enumerate(impossible[begins], start=highest + 1):
             run, step = self.trajectory[row], self.step[row]
             trajectory[(self.trajectory == run) & (self.step >= step)] = number
-        return replace(self, trajectory=trajectory), impossible.size
+            ends[self.ends[:, 0] == run, 0] = number
+        return replace(self, trajectory=trajectory, ends=ends), impossible.size
 
     def _moves(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the demonstrated pairs that follow each other in a run: before, and after."""
@@ -278,11 +351,18 @@ class Demonstrations:
         return np.asarray(model.P[pair, self.state[after]]).ravel() > 0
 
     def save(self, path: Path) -> None:
-        """Write as CSV, whole or not at all."""
+        """Write as CSV, whole or not at all; where a run ended is a row without an action."""
+        columns = [getattr(self, column).tolist() for column in _COLUMNS[:-1]]
+        pairs = zip(*columns, [SOURCES[k] for k in self.source], strict=True)
+        last = {run: row for row, run in enumerate(columns[0])}
+        placed: list[tuple[int, tuple]] = list(enumerate(pairs))
+        placed += [
+            (last.get(run, len(self)), (run, step, state, "", SOURCES[0]))
+            for run, step, state in self.ends.tolist()
+        ]
+        rows = [row for _, row in sorted(placed, key=lambda each: each[0])]
         with atomic_path(path) as temporary:
-            columns = [getattr(self, column).tolist() for column in _COLUMNS[:-1]]
-            names = [SOURCES[k] for k in self.source]
-            write_csv(temporary, _COLUMNS, zip(*columns, names, strict=True))
+            write_csv(temporary, _COLUMNS, rows)
 
     @classmethod
     def load(cls, path: Path) -> "Demonstrations":
@@ -294,23 +374,28 @@ class Demonstrations:
         header, rows = read_csv(path)
         if header != _COLUMNS:
             raise InputError(f"{path}: columns must be {_COLUMNS}, are {header}")
-        columns: dict[str, np.ndarray] = {}
-        for k, name in enumerate(_COLUMNS[:-1]):
-            for number, row in enumerate(rows):
-                if not (row[k].isascii() and row[k].isdigit() and len(row[k]) < 19):
+        for number, row in enumerate(rows):
+            for k, name in enumerate(_COLUMNS[:-1]):
+                number_there = row[k].isascii() and row[k].isdigit() and len(row[k]) < 19
+                if not number_there and (name, row[k]) != ("action", ""):
                     raise InputError(
                         f"{path}: row {number}, field '{name}' must be an integer from 0, "
                         f"is {row[k]!r}"
                     )
-            columns[name] = np.array([int(row[k]) for row in rows], dtype=np.int64)
         for number, row in enumerate(rows):
             if row[-1] not in SOURCES:
                 raise InputError(
                     f"row {number}, field 'source' is {row[-1]!r}", place=str(path), valid=SOURCES
                 )
-        source = np.array([SOURCES.index(row[-1]) for row in rows], dtype=np.uint8)
+        pairs = [row for row in rows if row[3]]
+        columns = {
+            name: np.array([int(row[k]) for row in pairs], dtype=np.int64)
+            for k, name in enumerate(_COLUMNS[:-1])
+        }
+        source = np.array([SOURCES.index(row[-1]) for row in pairs], dtype=np.uint8)
+        ends = np.array([[int(cell) for cell in row[:3]] for row in rows if not row[3]])
         try:
-            return cls(**columns, source=source)
+            return cls(**columns, source=source, ends=ends)
         except InputError as error:
             raise error.at(str(path)) from None
 

@@ -100,7 +100,16 @@ def walks(demonstrations: Demonstrations) -> Demonstrations:
     shown = demonstrated(demonstrations)
     shown = shown.select(np.lexsort((shown.step, shown.trajectory)))
     breaks = (np.diff(shown.trajectory) != 0) | (np.diff(shown.step) != 1)
-    return replace(shown, trajectory=np.r_[0, np.cumsum(breaks)][: len(shown)])
+    number = np.r_[0, np.cumsum(breaks)][: len(shown)]
+    ended = {(run, step): end for run, step, end in shown.ends.tolist()}
+    ends = [
+        [number[k], shown.step[k] + 1, ended[moment]]
+        for k, moment in enumerate(
+            zip(shown.trajectory.tolist(), (shown.step + 1).tolist(), strict=True)
+        )
+        if moment in ended
+    ]
+    return replace(shown, trajectory=number, ends=np.array(ends))
 
 
 def walk_ends(model: TransitionModel, runs: Demonstrations) -> np.ndarray:

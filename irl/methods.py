@@ -22,6 +22,7 @@ What the methods make of the same arguments:
 | birl | a reward per state, mean of its posterior | unused |
 | behaviour_cloning | no reward: a softmax of the demonstrated actions | classifier's input |
 | planning | a sparse reward per state, soft planning | unused |
+| goal_posterior | a posterior over goals and sizes of costs, hard planning | unused |
 
 Of features of pairs, ``[n_states, n_actions, d]``, some methods learn a reward of pairs, earned by
 acting: the methods in ``OF_PAIRS``, all linearly, r = Φ ω, but for deep_max_ent's network. What an
@@ -77,6 +78,7 @@ from irl.mdp import TransitionModel
 from irl.method_inputs import Count, Found, Inputs, Progress, demonstrated, option_names
 from irl.method_iterations import Iteration, Prepare, planned
 from irl.planning import value_iteration
+from irl.posterior.learner import AGREE, GoalConfig, GoalLearner
 from irl.problem import LearningProblem
 
 
@@ -309,6 +311,18 @@ def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
     return Found(q=log_pi, iterations=count.done, converged=converged)
 
 
+def _goal_posterior(given: Inputs, **options: Any) -> Found:
+    learner = GoalLearner(given.problem, rng=given.rng, config=GoalConfig(**options))
+    learner.learn(given.demonstrations)
+    if given.progress is not None:
+        given.progress(learner.belief.goal.size, float(np.log(learner.belief.weight.max())))
+    agree = learner.ends_agree >= AGREE
+    note = "" if agree else "demonstrations end where no plan of its does: the goal is not found"
+    return Found(
+        learner.reward, learner.q, iterations=learner.belief.goal.size, converged=agree, note=note
+    )
+
+
 METHODS: Mapping[str, Method] = {
     "fa_mlirl": Method(vr_fit.likeliest, (vr_fit.likeliest,), method_iterations.fa_mlirl),
     "max_ent": Method(_max_ent, (RidgeConfig,), method_iterations.max_ent, penalty="lower l2"),
@@ -337,6 +351,7 @@ METHODS: Mapping[str, Method] = {
         planned(SoftMax()),
         penalty="lower sparsity",
     ),
+    "goal_posterior": Method(_goal_posterior, (GoalConfig,)),
 }
 OF_PAIRS = (*("max_ent", "deep_max_ent", "bellman_gradient", "linear_mlirl", "birl", "planning"),)
 """Methods that learn a reward of pairs from features of pairs."""

@@ -28,6 +28,10 @@ class LearningProblem:
         preferences: states known to be worth more, or less, than learnt (§5.12).
         start_states: int64, where episodes begin; by default wherever something can be done.
         candidates: int64, the states that may be asked about; all if None.
+        costs: name → ``[n_pairs]``, from 0 to 1: what a demonstrator may mind about acting, for
+            the method that weighs it (``goal_posterior``).
+        factors: name → int64 ``[n_states]``: what states may have in common, so that goals can be
+            told in words, for the same.
 
     Raises:
         InputError: naming the field that does not fit the others.
@@ -41,12 +45,15 @@ class LearningProblem:
     preferences: StatePreferences = field(default_factory=StatePreferences, kw_only=True)
     start_states: np.ndarray = field(default=None, kw_only=True)  # type: ignore[arg-type]
     candidates: np.ndarray | None = field(default=None, kw_only=True)
+    costs: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
+    factors: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
 
     @classmethod
     def of(cls, task: TaskData, features: str | None = None) -> "LearningProblem":
         """What task data tell a learner: all but the goal and the demonstrations.
 
-        Questions stay within the states that can be reached from the start states.
+        Questions stay within the states that can be reached from the start states. Every column of
+        ``states.csv`` is a factor.
 
         Args:
             task: the task.
@@ -64,6 +71,10 @@ class LearningProblem:
             preferences=StatePreferences(task.preferred, task.avoided),
             start_states=task.start_states,
             candidates=np.flatnonzero(task.model.reachable(task.start_states)),
+            factors={
+                name: np.unique([row[name] for row in task.states], return_inverse=True)[1]
+                for name in task.states[0]
+            },
         )
 
     def __post_init__(self) -> None:
@@ -81,6 +92,13 @@ class LearningProblem:
                 object.__setattr__(self, name, integers(getattr(self, name), name, below=n))
         for name, states in self.clusters.items():
             integers(states, f"clusters: {name!r}", below=n)
+        for name, values in self.costs.items():
+            _check_cost(values, self.model.n_pairs, f"costs: {name!r}")
+        for name, values in self.factors.items():
+            if integers(values, f"factors: {name!r}", low=None).size != n:
+                raise InputError(
+                    f"integers [{n}] wanted, got {np.shape(values)}", place=f"factors: {name!r}"
+                )
         integers(list(self.fixed_vr), "fixed_vr: states", below=n)
         for name in ("preferred", "avoided"):
             integers(getattr(self.preferences, name), f"preferences: {name}", below=n)
@@ -123,3 +141,15 @@ def _table(features: np.ndarray, model: TransitionModel) -> np.ndarray:
     if np.abs(used).max(initial=0) > np.finfo(np.float32).max:
         raise InputError("must be of a size near 1, hold what float32 cannot", place="features")
     return table
+
+
+def _check_cost(cost: np.ndarray, n_pairs: int, place: str) -> None:
+    values = np.asarray(cost)
+    if values.shape != (n_pairs,) or values.dtype.kind not in "fiub":
+        raise InputError(
+            f"numbers [{n_pairs}], one a feasible pair, wanted, got {values.dtype} "
+            f"{list(values.shape)}",
+            place=place,
+        )
+    if not ((values >= 0) & (values <= 1)).all():
+        raise InputError("must lie in 0…1", place=place)

@@ -20,6 +20,7 @@ PAGES = sorted(
 # By test_examples.py, test_station_page.py and test_your_own_arm.py in the folders of `tests`.
 RUN_HERE = {
     "README.md",
+    "experiments/grasping.md",
     "experiments/own_data.md",
     "experiments/own_task.md",
     "diagrams/station.md",
@@ -83,7 +84,7 @@ def test_the_table_of_commands_is_complete():
     firsts = [row.split("|")[1] for row in table.splitlines()]
     named = {name for cell in firsts for name in re.findall(r"`(\w+)", cell)}
     assert commands() - {"tutorial", "docs"} <= named
-    subcommands = {"status", "export", "rules", "releases", "make"}
+    subcommands = {"status", "export", "rules", "releases", "enough", "make"}
     assert named - subcommands <= commands()
 
 

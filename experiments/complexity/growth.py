@@ -31,7 +31,7 @@ PUBLISHED: dict[str, list[float]] = {
 """Seconds an iteration, by our keys."""
 SOURCE = "Li & Burdick (2017), as quoted in thesis Table 6.1; measured on another machine"
 FIT_FROM = 1000  # states; below, the fixed cost of a call hides the growth
-COLOURS = dict(zip(METHODS, [*(f"C{k}" for k in range(10)), "black"], strict=True))
+COLOURS = dict(zip(METHODS, [*(f"C{k}" for k in range(10)), "black", "gold"], strict=True))
 
 
 def published_rows() -> list[dict[str, Any]]:

@@ -21,6 +21,7 @@ NAMES = {
     "birl": "Bayesian IRL",
     "behaviour_cloning": "behaviour cloning",
     "planning": "sparse planning",
+    "goal_posterior": "goal posterior",
 }
 """What figures call each of `irl.methods.METHODS`; numbers are the thesis' equations."""
 

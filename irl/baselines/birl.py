@@ -2,7 +2,7 @@
 
 A demonstrated action a in s has the probability exp(β Q*(s, a)) / Σ_b exp(β Q*(s, b)) under a
 reward R = Φ ω (3.10), and every ω_k is Gaussian beforehand. Metropolis–Hastings draws rewards from
-the posterior, in steps of the posterior's own shape (`irl.baselines.posterior_shape`). Successive
+the posterior, in steps of its own shape (`irl.baselines.shape_of_posterior`). Successive
 proposals are near each other, so planning for one starts from the last.
 
 Lopes, Melo & Montesano (2009) ask where the posterior leaves the demonstrator's policy in doubt:
@@ -20,7 +20,7 @@ from irl.baselines.differentiable_planning import Planner
 from irl.baselines.features import Features, reward_features
 from irl.baselines.mcmc import Step, crank_nicolson, effective_sample_size, split_r_hat
 from irl.baselines.planned_likelihood import PlannedLikelihood
-from irl.baselines.posterior_shape import posterior_shape
+from irl.baselines.shape_of_posterior import posterior_shape
 from irl.choices import Limits, Settings, check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator

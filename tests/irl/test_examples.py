@@ -93,3 +93,9 @@ def test_every_python_block_of_the_readme_is_run_here():
     # The robot's by tests/models/test_front_door.py.
     sections = ("The method", "Use the robot alone", "Use the learning library alone")
     assert blocks("README.md") == "\n".join(blocks("README.md", title) for title in sections)
+
+
+def test_one_minute_of_teaching(tmp_path):
+    found, asked = run(blocks("experiments/grasping.md"), tmp_path).splitlines()
+    assert "carpet" in found
+    assert asked.startswith("ask about")

@@ -29,6 +29,7 @@ KEYS = {
     "birl",
     "behaviour_cloning",
     "planning",
+    "goal_posterior",
 }
 QUICK = {
     "bellman_gradient": {"max_iterations": 20},

@@ -120,6 +120,7 @@ def test_the_program_is_named_as_it_was_called(command, arguments):
         *[(name, []) for name in ("noisy", "reachability", "sailing", "simulate", "toy_text")],
         *[("transitions", [check]) for check in ("run", "status", "export", "validate", "rules")],
         *[("transitions", [check]) for check in ("sensitivity", "releases")],
+        *[("grasping", [lessons]) for lessons in ("rewards", "enough")],
     ],
 )
 def test_every_option_is_explained(capsys, monkeypatch, name, arguments):
@@ -158,6 +159,7 @@ COMMANDS = [
     *[(name, []) for name in ("noisy", "reachability", "sailing", "simulate", "toy_text")],
     *[("transitions", [check]) for check in ("run", "status", "export", "validate", "rules")],
     *[("transitions", [check]) for check in ("sensitivity", "releases")],
+    *[("grasping", [lessons]) for lessons in ("rewards", "enough")],
 ]
 
 

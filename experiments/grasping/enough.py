@@ -1,0 +1,125 @@
+"""``enough``: lessons that end when the learner says so, and whether it was right.
+
+Each lesson is about another hidden reward (`experiments.grasping.hidden_rewards`). The learner is
+right if its policy reaches the goal from the free states with 0.99 and its choices are as good as
+the demonstrator's in 0.90 of the states.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from experiments.grasping.costs import LEFT_OUT
+from experiments.grasping.hidden_rewards import with_noise
+from experiments.grasping.lessons import Setting, asked, shared_setting, shown_runs
+from experiments.kit.command import Output
+from experiments.kit.executors import MOST_WORKERS, run_jobs, start_workers
+from experiments.kit.kept_rows import KeptRows
+from experiments.kit.shipped_data import SHIPPED_TASK
+from irl.choices import Limits, Settings
+from irl.posterior.enough import EnoughRule, claim
+
+RIGHT_SUCCESS, RIGHT_ACCURACY = 0.99, 0.90
+
+
+@dataclass(frozen=True)
+class Enough(Settings):
+    """Let a learner say when it has learnt enough, and see whether it was right."""
+
+    task: Path = SHIPPED_TASK
+    """The folder of the task data."""
+    lessons: Annotated[int, Limits(1, 100_000)] = 200
+    """How many lessons there are, each about another hidden reward."""
+    questions: Annotated[int, Limits(1, 1000)] = 20
+    """How many questions may be asked at most: the fixed budget that is compared with."""
+    noise: Annotated[float, Limits(0, 1)] = 0.0
+    """The share of wrong labels."""
+    workers: Annotated[int, Limits(1, MOST_WORKERS)] = 2
+    """How many processes; the results do not depend on it."""
+    cluster: str = ""
+    """The address of a dask scheduler that runs them instead, such as tcp://host:8786."""
+    seed: int = 1
+    """The seed of rewards and lessons. Settings were chosen on those of 1000."""
+    out: Path = field(default_factory=lambda: Path("out/grasping/enough"))
+    """The folder that the results are written to."""
+
+
+def one_lesson(folder: str, seed: int, questions: int, noise: float, number: int) -> dict[str, Any]:
+    """Ask until it is enough; what the learner said then, and what was true."""
+    setting = shared_setting(folder, seed, questions)
+    reward = with_noise(setting.reward(number), noise)
+    rng = np.random.default_rng([seed, number, 7])
+    shown, enough = shown_runs(setting, reward, 1, rng), EnoughRule()
+    for answers, learner in enumerate(asked(setting, reward, shown, rng, lambda it, _: enough(it))):
+        last = learner, answers
+    learner, answers = last
+    stopped = enough(learner) if answers == questions else True
+    true = setting.judged(reward, learner.q, learner.shown)
+    predicted = learner.predicted
+    return {
+        **reward.told,
+        **true,
+        "answers": answers,
+        "stopped": stopped,
+        "claim": claim(learner),
+        "predicted_success": predicted.success,
+        "predicted_accuracy": predicted.accuracy,
+        "unexplained": learner.unexplained,
+        "right": true["success_mdp"] >= RIGHT_SUCCESS
+        and true["accuracy_optimal_all"] >= RIGHT_ACCURACY,
+    }
+
+
+def run_enough(config: Enough, output: Output) -> dict[str, Any]:
+    """Give every lesson that is still missing, and count."""
+    setting = Setting(config.task, config.seed, config.questions)
+    identity = {
+        "task": setting.task.task_hash,
+        "seed": config.seed,
+        "questions": config.questions,
+        "noise": config.noise,
+    }
+    kept = KeptRows(output, identity)
+    done = {row["reward"]: row for row in kept.rows}
+    missing = iter([k for k in range(config.lessons) if k not in done])
+    arguments = (str(config.task), config.seed, config.questions, config.noise)
+    with start_workers(config.workers, config.cluster) as workers:
+        for number, row in run_jobs(
+            workers,
+            lambda: next(missing, None),
+            lambda number: workers.executor.submit(one_lesson, *arguments, number),
+        ):
+            kept.add(row)
+            done[number] = row
+    rows = [done[k] for k in range(config.lessons)]
+    result = counted(rows, config.questions)
+    kept.forget()
+    return result
+
+
+def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
+    """The figures of all lessons, those with a cost without a name apart from the others."""
+    told: dict[str, Any] = {"lessons": len(rows), "rows": rows}
+    groups = {
+        "": rows,
+        "named_": [row for row in rows if LEFT_OUT not in row["costs"]],
+        "nameless_": [row for row in rows if LEFT_OUT in row["costs"]],
+    }
+    for group, some in groups.items():
+        if not some:
+            continue
+        ended = [row for row in some if row["stopped"]]
+        told[f"{group}stopped"] = len(ended)
+        told[f"{group}right_share"] = (
+            sum(row["right"] for row in ended) / len(ended) if ended else None
+        )
+        told[f"{group}labels_mean"] = float(np.mean([row["labels"] for row in some]))
+        print(
+            f"{group.strip('_') or 'all':10}{len(some):5d} lessons, {len(ended)} stopped at "
+            f"{told[f'{group}labels_mean']:.1f} labels on average, "
+            f"{sum(row['right'] for row in ended)} of them right"
+        )
+    told["answers_saved"] = float(np.mean([questions - row["answers"] for row in rows]))
+    return told

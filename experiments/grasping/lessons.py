@@ -1,0 +1,154 @@
+"""One lesson about a hidden reward: what a learner is shown, what it asks, and how good it gets."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.grasping.costs import costs, factors
+from experiments.grasping.hidden_rewards import HiddenReward, draw, with_noise
+from experiments.kit.robot_task import load_robot_task
+from irl.collection import demonstrate_to_the_end
+from irl.demonstrations import Demonstrations
+from irl.methods import learn
+from irl.metrics import HORIZON, accuracy_on_unseen
+from irl.planning import policy_success
+from irl.policy import Policy
+from irl.posterior.learner import GoalLearner
+from irl.problem import LearningProblem
+from irl.task_data import TaskData
+
+LEAST_LABELS, TRIES = 2, 100  # a first run shorter than that is not much of a demonstration
+LEARNERS = {"goal_posterior": 1, "goal_posterior_two": 2, "planning": 5, "fa_mlirl": 5}
+"""Who learns, and from how many trajectories; only the first asks questions."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What lessons have in common.
+
+    Attributes:
+        folder: of the task data.
+        seed: of the hidden rewards, and of all chance in the lessons.
+        questions: how many may be asked.
+    """
+
+    folder: Path
+    seed: int
+    questions: int
+
+    @cached_property
+    def task(self) -> TaskData:
+        """The task data."""
+        return load_robot_task(self.folder)
+
+    @cached_property
+    def problem(self) -> LearningProblem:
+        """What every learner is told."""
+        problem = LearningProblem.of(self.task, "rotation")
+        return replace(problem, costs=costs(self.task.model), factors=factors())
+
+    def reward(self, number: int) -> HiddenReward:
+        """One hidden reward."""
+        return draw(self.task, [number], self.seed)[0]
+
+    def judged(self, reward: HiddenReward, q: np.ndarray, shown: Demonstrations) -> dict[str, Any]:
+        """How good a policy is: over all free states, from the worst of them, and in its choices.
+
+        Success from the worst start is compared with nothing: a goal that chance keeps the best
+        policy from is no fault of the learner, so ``success_mdp_oracle`` is beside it.
+        """
+        task = self.task
+        action = Policy.from_q(q, task.model.mask).action
+        goal, starts = reward.goal_states, task.start_states
+        success = policy_success(task.model, action, goal, HORIZON)[starts]
+        best = reward.oracle.optimal_actions
+        ideal = policy_success(
+            task.model, np.where(best.any(axis=1), best.argmax(axis=1), -1), goal, HORIZON
+        )[starts]
+        seen = np.union1d(shown.state, shown.ends[:, 2])
+        return {
+            "success_mdp": float(success.mean()),
+            "worst_start": float(success.min()),
+            "success_mdp_oracle": float(ideal.mean()),
+            "accuracy_optimal_all": accuracy_on_unseen(action, seen, reward.oracle, starts).value,
+            "labels": len(shown),
+        }
+
+
+@cache
+def shared_setting(folder: str, seed: int, questions: int) -> Setting:
+    """The setting of a worker's lessons, which read the task once."""
+    return Setting(Path(folder), seed, questions)
+
+
+def shown_runs(
+    setting: Setting, reward: HiddenReward, count: int, rng: np.random.Generator
+) -> Demonstrations:
+    """Runs from starts drawn by chance, to their ends, the first of two labels or more."""
+    runs = Demonstrations.empty()
+    tries = 0
+    while np.unique(runs.ends[:, 0]).size < count and tries < TRIES:
+        tries += 1
+        start = int(rng.choice(setting.task.start_states))
+        run = demonstrate_to_the_end(reward.oracle, [start], rng)
+        if not len(run.ends) or (len(run) < LEAST_LABELS and tries < TRIES / 2):
+            continue
+        number = len(runs.ends)
+        ends = run.ends.copy()
+        ends[:, 0] = number
+        run = replace(run, trajectory=np.full_like(run.trajectory, number), ends=ends)
+        runs = Demonstrations.concatenate([runs, run])
+    return runs
+
+
+def asked(
+    setting: Setting,
+    reward: HiddenReward,
+    shown: Demonstrations,
+    rng: np.random.Generator,
+    enough: Callable[[GoalLearner, int], bool],
+) -> Iterator[GoalLearner]:
+    """A learner after its runs, and after each answer, until it has enough after so many.
+
+    An answer is what the demonstrator would do in that state, or that there is nothing to do.
+    """
+    learner = GoalLearner(setting.problem, rng=rng)
+    learner.learn(shown)
+    yield learner
+    for k in range(setting.questions):
+        if enough(learner, k):
+            return
+        state, number = learner.question(), len(shown.ends) + 1000 + k
+        done = bool(reward.oracle.terminal[state])
+        pairs = [] if done else [(state, reward.oracle.label(state, rng))]
+        answer = Demonstrations.from_pairs(pairs, number, "human", state if done else None)
+        learner.learn(Demonstrations.concatenate([learner.shown, answer]), rounds=1)
+        yield learner
+
+
+def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[str, Any]]:
+    """Rows of one learner's lesson about one reward: before its questions, and after them."""
+    reward = with_noise(setting.reward(number), noise)
+    rng = np.random.default_rng([setting.seed, number, round(1000 * noise), LEARNERS[name]])
+    shown = shown_runs(setting, reward, LEARNERS[name], rng)
+    rows = []
+    if name.startswith("goal_posterior"):
+        asks = setting.questions if name == "goal_posterior" else 0
+        for k, learner in enumerate(asked(setting, reward, shown, rng, lambda _, k: k >= asks)):
+            if k in (0, setting.questions // 2, setting.questions):
+                predicted = learner.predicted
+                rows.append(
+                    {"method": name, "answers": k}
+                    | setting.judged(reward, learner.q, learner.shown)
+                    | {"predicted_success": predicted.success}
+                    | {"predicted_accuracy": predicted.accuracy}
+                    | {"ends_agree": learner.ends_agree, "unexplained": learner.unexplained}
+                )
+    else:
+        learnt = learn(name, setting.problem, shown, rng=rng)
+        rows.append({"method": name, "answers": 0} | setting.judged(reward, learnt.q, shown))
+    return [{**reward.told, "label_noise": noise, **row} for row in rows]

@@ -1,0 +1,12 @@
+"""``goal_posterior``: Bayesian inverse reinforcement learning with structured hypotheses.
+
+A hypothesis is a goal, a state or a region, and a size for each named cost. In reading order:
+`plans` plans for many at once, `goals` proposes, `evidence` weighs what was shown, `belief` seeks
+hypotheses and keeps them, `predictions` says what follows, `questions` what to ask, `learner` does
+all that in turn, and `enough` says when to stop. `experiments/grasping.md` tells more.
+"""
+
+from irl.posterior.enough import EnoughRule, claim
+from irl.posterior.learner import GoalConfig, GoalLearner
+
+__all__ = ["EnoughRule", "GoalConfig", "GoalLearner", "claim"]

@@ -1,0 +1,156 @@
+"""The learner: proposals from what was shown, a belief, a question, and the policy that follows."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from irl.baselines.sparse_planning import sparse_planning
+from irl.choices import Limits, Settings
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.method_inputs import walk_ends, walks
+from irl.policy import Policy
+from irl.posterior.belief import Belief
+from irl.posterior.evidence import EPSILONS
+from irl.posterior.goals import propose
+from irl.posterior.plans import HardPlans
+from irl.posterior.predictions import Predicted, action_values, ends_agree, predict
+from irl.posterior.questions import most_telling
+from irl.problem import LearningProblem
+
+SURPRISE = "surprise"
+"""The cost that every transition model lends: 1 − max P, how uncertain an outcome is."""
+AGREE = 0.05
+"""Least probability of ending where a demonstration did, below which the goal is not found."""
+_MOST_ENDS, _MOST_REWARDED = 8, 6  # states that goals are proposed around
+_PAYS = 0.1  # share of the largest reward below which a state is not proposed
+
+
+@dataclass(frozen=True)
+class GoalConfig(Settings):
+    """How long hypotheses are sought, and what is taken as known."""
+
+    rounds: Annotated[int, Limits(0, 1000)] = 8
+    """Batches of 64 hypotheses that are planned for after the goals alone."""
+    step_cost: Annotated[float, Limits(0, 1)] = 0.01
+    """What every action is known to cost, where a goal is worth 1."""
+
+
+class GoalLearner:
+    """Learns goal and costs from what it is shown, and knows what to ask.
+
+    Attributes:
+        problem: what is known beforehand; its ``costs`` and ``factors`` shape the hypotheses.
+        shown: all demonstrations so far.
+        belief: what is believed after them.
+    """
+
+    def __init__(
+        self,
+        problem: LearningProblem,
+        *,
+        rng: np.random.Generator,
+        config: GoalConfig | None = None,
+    ) -> None:
+        """Nothing was shown yet.
+
+        Args:
+            problem: what is known beforehand.
+            rng: draws hypotheses and candidates for questions.
+            config: how long to seek, and what an action costs.
+        """
+        self.problem, self._rng, self._config = problem, rng, config or GoalConfig()
+        model = problem.model
+        named = {SURPRISE: 1.0 - model.P.max(axis=1).toarray().ravel(), **problem.costs}
+        # A cost that is the same for all that can be done in each state is none.
+        kept = {name: cost for name, cost in named.items() if np.ptp(cost) > 0}
+        table = np.column_stack([*kept.values(), np.ones(model.n_pairs)])
+        plans = HardPlans(model, problem.gamma, table, problem.fixed_vr)
+        self.belief = Belief(plans, list(kept), self._config.step_cost)
+        self.shown = Demonstrations.empty()
+
+    def learn(self, shown: Demonstrations, rounds: int | None = None) -> None:
+        """Take up all demonstrations there are, in place of the former, and seek hypotheses.
+
+        Args:
+            shown: labels, and where runs ended if that is known.
+            rounds: batches of hypotheses to plan for; the configuration's if None.
+
+        Raises:
+            InputError: if there is no demonstration, or one cannot be.
+        """
+        if not len(shown) and not len(shown.ends):
+            raise InputError("at least one pair, or one run's end, wanted", place="demonstrations")
+        shown.check(self.problem.model, "demonstrations")
+        known, self.shown = set(self.shown.ends[:, 2].tolist()), shown
+        self.belief.observe(shown)
+        if not self.belief.goals or known != set(shown.ends[:, 2].tolist()):
+            self._propose()
+        self.belief.explore(self._config.rounds if rounds is None else rounds, self._rng)
+
+    def _propose(self) -> None:
+        """Goals around the states where runs ended; if none did, where rewards would explain them.
+
+        Where nobody says that a run ended, it may have been cut off.
+        """
+        model, shown = self.problem.model, self.shown
+        states, count = np.unique(shown.ends[:, 2], return_counts=True)
+        ends, rewarded = states[np.argsort(-count, kind="stable")], np.zeros(0, dtype=np.int64)
+        if not ends.size:
+            ends = walk_ends(model, walks(shown))
+            reward, _ = sparse_planning(model, shown, gamma=self.problem.gamma)
+            order = np.argsort(-reward, kind="stable")[:_MOST_REWARDED]
+            rewarded = order[reward[order] > _PAYS * max(reward.max(), 0.0)]
+        goals = propose(ends[:_MOST_ENDS], rewarded, self.problem.factors, model.n_states)
+        self.belief.propose(goals)
+
+    @property
+    def q(self) -> np.ndarray:
+        """Mean action values, float64 ``[n_states, n_actions]``; −∞ where infeasible."""
+        return action_values(self.belief)
+
+    @property
+    def reward(self) -> np.ndarray:
+        """Probability that each state is a goal, less what is known to be lost there.
+
+        float64 ``[n_states]``. Costs are of pairs, and not in it.
+        """
+        plans = self.belief.plans
+        chosen, weight = self.belief.likely()
+        return self.belief.members(self.belief.goal[chosen]) @ weight + plans.value
+
+    @property
+    def predicted(self) -> Predicted:
+        """How well the policy is going to do, if the truth is among the hypotheses."""
+        action = Policy.from_q(self.q, self.problem.model.mask).action
+        judged = self._candidates
+        judged = judged[action[judged] >= 0]
+        return predict(self.belief, action, self.problem.start_states, judged)
+
+    @property
+    def ends_agree(self) -> float:
+        """The least probability, over runs whose end is known, that its plan ends there too."""
+        shown = self.shown
+        last = {run: (int(step), int(state)) for run, step, state in shown.ends}
+        first: dict[int, tuple[int, int]] = {}
+        for run, step, state in zip(shown.trajectory, shown.step, shown.state, strict=True):
+            if run in last and (run not in first or step < first[run][0]):
+                first[run] = (int(step), int(state))
+        runs = [(first[run][1] if run in first else end, end) for run, (_, end) in last.items()]
+        return ends_agree(self.belief, self.problem.model, runs)
+
+    @property
+    def unexplained(self) -> float:
+        """Share of labels that the belief takes for slips: the posterior mean of ε."""
+        return float(self.belief.care.sum(axis=0) @ EPSILONS)
+
+    @property
+    def _candidates(self) -> np.ndarray:
+        model, candidates = self.problem.model, self.problem.candidates
+        return model.acting if candidates is None else np.intersect1d(candidates, model.acting)
+
+    def question(self) -> int:
+        """The state to ask about next: not one that was labelled or where a run ended."""
+        but = np.union1d(self.shown.state, self.shown.ends[:, 2])
+        return most_telling(self.belief, self._candidates, self._rng, but)

@@ -1,0 +1,112 @@
+"""What a belief predicts: action values, and how well acting by them is going to do.
+
+Predictions are the learner's own. They are right if the truth is among the hypotheses, so they are
+to be read beside `ends_agree`, which needs no such faith.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from irl.mdp import TransitionModel
+from irl.planning import transition_matrix
+from irl.posterior.belief import Belief
+
+HORIZON = 20
+"""Actions within which a run is to end."""
+_ALIKE = 0.005  # actions whose values differ by less are equally good; half an action's cost
+_CHUNK = 8
+
+
+def action_values(belief: Belief) -> np.ndarray:
+    """Mean values of the posterior, float64 ``[n_states, n_actions]``; −∞ where infeasible."""
+    chosen, weight = belief.likely()
+    f = (belief.f[:, chosen].astype(np.float64) @ weight)[:, None]
+    sizes = (belief.sizes(belief.level[chosen]) @ weight)[:, None]
+    q = belief.plans.model.P @ f - belief.plans.costs @ sizes
+    return belief.plans.model.table(q[:, 0])
+
+
+def votes(belief: Belief) -> np.ndarray:
+    """Probability that each action is as good as the best; ``[n_states, n_actions]``."""
+    model = belief.plans.model
+    chosen, weight = belief.likely()
+    total = np.zeros(model.n_pairs)
+    for k in range(0, chosen.size, _CHUNK):
+        q = belief.values_of(chosen[k : k + _CHUNK])
+        short = np.maximum.reduceat(q, model.groups.first)[model.groups.segment] - q
+        total += (short <= _ALIKE) @ weight[k : k + _CHUNK]
+    return model.table(total)
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """How well a policy is going to do, by the posterior's own account.
+
+    Attributes:
+        success: probability of reaching the goal within `HORIZON`, mean over the start states.
+        accuracy: share of the states that it can get to where its action is as good as the best.
+    """
+
+    success: float
+    accuracy: float
+
+
+def predict(
+    belief: Belief, action: np.ndarray, starts: np.ndarray, judged: np.ndarray
+) -> Predicted:
+    """Judge a policy by the posterior.
+
+    Args:
+        belief: what is believed.
+        action: the policy, int64 ``[n_states]``, −1 for none.
+        starts: indices of the states that runs start in.
+        judged: indices of the states that accuracy is taken over.
+    """
+    model = belief.plans.model
+    chosen, weight = belief.likely()
+    member = belief.members(belief.goal[chosen])
+    P = transition_matrix(model, action)
+    reached = member.astype(np.float64)
+    for _ in range(HORIZON):
+        reached = np.where(member, 1.0, P @ reached)
+    success = float(reached[starts].mean(axis=0) @ weight)
+    good = votes(belief)[judged, action[judged]]
+    # A goal's own state has nothing to be right about.
+    outside = ~member[judged] @ weight
+    accuracy = float((good * outside).sum() / max(outside.sum(), 1e-12))
+    return Predicted(success, accuracy)
+
+
+def ends_agree(belief: Belief, model: TransitionModel, runs: Sequence[tuple[int, int]]) -> float:
+    """The least probability, over recorded runs, that the learner's plan ends where the run did.
+
+    Args:
+        belief: what is believed.
+        model: the transition model.
+        runs: for each the state where it started, and where it ended.
+
+    Returns:
+        In 0…1; 1 without runs.
+    """
+    if not runs:
+        return 1.0
+    chosen, weight = belief.likely(8)
+    starts = np.array([start for start, _ in runs])
+    agreed = np.zeros(len(runs))
+    for k, share in zip(chosen, weight / weight.sum(), strict=True):
+        member = belief.goals[belief.goal[k]].member
+        q = belief.values_of(np.array([k]))[:, 0]
+        short = model.groups.spread(model.groups.maximum(q)) - q
+        even = model.table(short <= _ALIKE, fill=False)
+        even[member] = False
+        P = transition_matrix(model, even / np.maximum(even.sum(axis=1, keepdims=True), 1))
+        at = np.zeros((len(runs), model.n_states))
+        at[np.arange(len(runs)), starts] = 1.0
+        ended = at * member
+        for _ in range(HORIZON):
+            at = (P.T @ (at * ~member).T).T
+            ended += at * member
+        agreed += share * ended[np.arange(len(runs)), [end for _, end in runs]]
+    return float(agreed.min())

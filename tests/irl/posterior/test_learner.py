@@ -1,0 +1,150 @@
+"""A room in which one may go straight through mud: does the learner find goal, region and cost?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from irl.collection import demonstrate_to_the_end
+from irl.demonstrations import Demonstrations
+from irl.demonstrators import OracleDemonstrator
+from irl.domains.gridworld import GridWorld
+from irl.errors import InputError
+from irl.methods import learn
+from irl.metrics import accuracy_on_unseen, success_mdp
+from irl.posterior.goals import propose, regions
+from irl.posterior.learner import AGREE, GoalConfig, GoalLearner
+from irl.posterior.questions import information_gain
+from irl.problem import LearningProblem
+
+N = 9
+ROW, COLUMN = np.divmod(np.arange(N * N), N)
+MUD = (COLUMN == 4) & (ROW < 7)
+
+
+def room(goal, mud_cost):
+    """The problem, and who demonstrates in it."""
+    model = GridWorld(N, (0, 0)).model
+    mud = model.P @ MUD.astype(float)
+    problem = LearningProblem(
+        model, gamma=0.95, costs={"mud": mud}, factors={"row": ROW, "column": COLUMN}
+    )
+    oracle = OracleDemonstrator(
+        model, np.flatnonzero(goal), gamma=0.95, action_cost=0.01 + mud_cost * mud, tolerance=0.005
+    )
+    return problem, oracle
+
+
+def judged(problem, oracle, q, shown):
+    """Accuracy over unseen states, and success from everywhere."""
+    everywhere = np.arange(N * N)
+    action = q.argmax(axis=1)
+    accuracy = accuracy_on_unseen(action, shown.state, oracle, everywhere).value
+    return accuracy, success_mdp(problem.model, action, oracle.goal_states, everywhere)
+
+
+def asked(problem, oracle, start, questions, seed=0):
+    """One run from ``start``, and answers to questions."""
+    rng = np.random.default_rng(seed)
+    shown = demonstrate_to_the_end(oracle, [start], rng)
+    learner = GoalLearner(problem, rng=rng, config=GoalConfig(rounds=4))
+    learner.learn(shown)
+    for k in range(questions):
+        state = learner.question()
+        done = oracle.terminal[state]
+        answer = Demonstrations.from_pairs(
+            [] if done else [(state, oracle.label(state, rng))], 10 + k, end=state if done else None
+        )
+        shown = Demonstrations.concatenate([shown, answer])
+        learner.learn(shown, rounds=1)
+    return learner
+
+
+@pytest.mark.parametrize("goal", [ROW * N + COLUMN == 60, COLUMN == 8], ids=["state", "region"])
+@pytest.mark.parametrize("mud_cost", [0.0, 0.2])
+def test_goal_and_cost_are_found_from_one_run_and_eight_answers(goal, mud_cost):
+    problem, oracle = room(goal, mud_cost)
+    learner = asked(problem, oracle, start=0, questions=8)
+    accuracy, success = judged(problem, oracle, learner.q, learner.shown)
+    assert success == 1.0
+    assert accuracy >= 0.97
+    assert learner.predicted.success > 0.99
+    assert learner.predicted.accuracy > 0.9
+    assert learner.ends_agree >= AGREE
+
+
+def test_an_end_that_is_recorded_is_where_the_learner_goes():
+    problem, oracle = room(ROW * N + COLUMN == 60, 0.2)
+    shown = demonstrate_to_the_end(oracle, [0], np.random.default_rng(0))
+    learnt = learn("goal_posterior", problem, shown, rng=np.random.default_rng(0))
+    assert judged(problem, oracle, learnt.q, shown)[1] == 1.0
+    assert learnt.reward.argmax() == 60
+    assert learnt.converged
+    np.testing.assert_array_equal(np.isfinite(learnt.q), problem.model.mask)
+
+
+def test_wrong_labels_are_taken_for_what_they_are():
+    problem, oracle = room(ROW * N + COLUMN == 60, 0.0)
+    careless = replace(oracle, label_noise=0.3)
+    rng = np.random.default_rng(1)
+    shown = demonstrate_to_the_end(careless, rng.choice(N * N, 6), rng)
+    learnt = learn("goal_posterior", problem, shown, rng=rng)
+    assert judged(problem, oracle, learnt.q, shown)[1] == 1.0
+
+
+def test_it_refuses_to_be_sure_where_runs_end_elsewhere_than_its_plans():
+    problem, oracle = room(np.isin(np.arange(N * N), [0, 80]), 0.0)
+    learner = GoalLearner(problem, rng=np.random.default_rng(0), config=GoalConfig(rounds=2))
+    runs = demonstrate_to_the_end(oracle, [20, 60], np.random.default_rng(0))
+    learner.learn(runs)
+    assert learner.ends_agree >= AGREE  # either of the two is among the proposals
+    learner.belief.goals = [replace(g, member=g.member & (ROW < 1)) for g in learner.belief.goals]
+    assert learner.ends_agree < AGREE
+
+
+def test_regions_are_named_by_what_their_states_have_in_common():
+    found = regions(60, {"row": ROW, "column": COLUMN})
+    assert {goal.name: int(goal.member.sum()) for goal in found} == {
+        "state 60": 1,
+        "row 6": N,
+        "column 6": N,
+    }
+    both = propose(np.array([3, 60]), np.array([5]), {}, N * N)
+    assert [g.name for g in both] == ["state 3", "state 60", "state 5", "state 3 or state 60"]
+
+
+def test_an_answer_tells_most_where_hypotheses_differ():
+    problem, oracle = room(ROW * N + COLUMN == 60, 0.2)
+    learner = asked(problem, oracle, start=54, questions=0)
+    gain = information_gain(learner.belief, np.arange(N * N))
+    assert (gain > -1e-6).all()
+    beyond_mud, at_goal = gain[N * 3 + 3], gain[60 + 1]
+    assert beyond_mud > at_goal  # whether mud matters shows before it
+
+
+def test_same_seed_same_belief():
+    problem, oracle = room(COLUMN == 8, 0.2)
+    a, b = (asked(problem, oracle, 0, 3) for _ in range(2))
+    assert a.q.tobytes() == b.q.tobytes()
+    assert a.question() == b.question()
+
+
+def test_nothing_shown_is_refused():
+    problem, _ = room(COLUMN == 8, 0.0)
+    with pytest.raises(InputError, match="at least one"):
+        GoalLearner(problem, rng=np.random.default_rng(0)).learn(Demonstrations.empty())
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "told"),
+    [
+        ("costs", {"mud": np.zeros(3)}, "costs: 'mud'"),
+        ("costs", {"mud": "much"}, "costs: 'mud'"),
+        ("factors", {"row": ROW[:4]}, "factors: 'row'"),
+        ("factors", {"row": ROW / 2}, "factors: 'row'"),
+    ],
+)
+def test_costs_and_factors_that_fit_nothing_are_refused(field, value, told):
+    problem, _ = room(COLUMN == 8, 0.0)
+    with pytest.raises(InputError, match=told):
+        replace(problem, **{field: value})

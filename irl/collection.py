@@ -90,9 +90,11 @@ def demonstrate_to_the_end(
         rng: draws the demonstrator's choices, and what comes of them.
         max_steps: length at which a trajectory is broken off, without an end.
     """
-    runs, ends = [], []
+    runs: list[list[tuple[int, int]]] = []
+    ends: list[int | None] = []
     for start in starts:
-        run, state = [], int(start)
+        run: list[tuple[int, int]] = []
+        state = int(start)
         while not oracle.terminal[state] and len(run) < max_steps:
             run.append((state, oracle.label(state, rng)))
             state = oracle.model.sample(*run[-1], rng)

@@ -135,13 +135,14 @@ def _reward(task: TaskData, named: dict[str, np.ndarray], number: int, seed: int
     place = number % OFTEN
     kind = "region" if place < 8 else "held" if place < 12 else "free"
     sizes = _sizes(rng, nameless=place in (7, 19))
-    pair_cost = ACTION_COST + sum(size * named[name] for name, size in sizes.items())
+    plainly = np.full(task.model.n_pairs, ACTION_COST)
+    pair_cost = plainly + sum(size * named[name] for name, size in sizes.items())
     while True:
         told, goal = _goal(kind, KINDS_OF_REGION[place % 8], task, rng)
         oracle = _oracle(task, goal, pair_cost, named, habit=bool(number % 2))
         if _reasonable(task, oracle):
             break
-    plain = _oracle(task, goal, np.full(task.model.n_pairs, ACTION_COST), named, habit=False)
+    plain = _oracle(task, goal, plainly, named, habit=False)
     differs = (oracle.optimal_actions != plain.optimal_actions).any(axis=1)
     counted = task.model.reachable(task.start_states) & ~oracle.terminal
     moved = float(differs[counted].mean())

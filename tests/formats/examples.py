@@ -137,7 +137,7 @@ FORMATS = {
         str(task_data.SCHEMA_VERSION), lambda f: save_task(inputs.task(), f / "task")
     ),
     "demonstrations": Format(
-        BY_CONTENT, lambda f: inputs.task().demonstrations.save(f / "demonstrations.csv")
+        BY_CONTENT, lambda f: inputs.SHOWN_TO_THE_END.save(f / "demonstrations.csv")
     ),
     "policy": Format(str(policy.SCHEMA_VERSION), _policy),
     "reward": Format(kept_arrays.SCHEMA_VERSION, _reward),

@@ -44,6 +44,7 @@ MASK = np.array([[True, True], [True, True], [True, True], [False, False]])
 Q = np.array([[0.5, 0.75], [-1.0, 2.0], [-np.inf, 3.0], [0.0, 0.0]])
 FEATURES = np.array([[0.0, 1.0], [0.25, 0.5], [0.5, 0.25], [1.0, 0.0]], dtype=np.float32)
 SHOWN = Demonstrations.from_pairs([(0, 1), (1, 1)])
+SHOWN_TO_THE_END = Demonstrations.from_pairs([(0, 1), (1, 1)], end=2)
 
 
 def task() -> TaskData:

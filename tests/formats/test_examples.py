@@ -111,6 +111,7 @@ def test_demonstrations_are_read(name, example):
     shown = Demonstrations.load(example(name) / "demonstrations.csv")
     assert (shown.state.tolist(), shown.action.tolist()) == ([0, 1], [1, 1])
     assert (shown.trajectory.tolist(), shown.step.tolist()) == ([0, 0], [0, 1])
+    assert shown.ends.tolist() == ([[0, 2, 2]] if name.endswith("with_end") else [])
 
 
 @pytest.mark.parametrize("name", [k for k in kept() if k.startswith("policy/")])

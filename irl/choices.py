@@ -86,7 +86,7 @@ class Limits:
         high: the largest.
         open_low: whether ``low`` itself is refused.
         open_high: whether ``high`` itself is refused.
-        some: whether a field that holds several must hold one at least.
+        some: whether a field that holds several must hold one at least, and none twice.
     """
 
     low: float
@@ -118,7 +118,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Members:
-    """The names that a field of settings may hold, one at least: an annotation of its type.
+    """The names that a field of settings may hold, one at least and none twice, as an annotation.
 
     Attributes:
         valid: all of them.
@@ -137,9 +137,15 @@ class Members:
             check_choice(field, name, self.valid)
 
 
-def _check_some(field: str, values: tuple[Any, ...]) -> None:
+def _check_some(field: str, values: Any) -> None:
+    """Refuse none, and one that is there twice: what was measured once would count twice."""
+    if not isinstance(values, (tuple, list)):
+        raise InputError(f"several values wanted, is {values!r}", place=field)
     if not values:
         raise InputError("at least one value is needed", place=field)
+    for number, value in enumerate(values):
+        if value in values[:number]:
+            raise InputError(f"{value} is given twice", place=field)
 
 
 class Settings:

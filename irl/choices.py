@@ -5,10 +5,10 @@ class Config(Settings):
     step: Annotated[float, Limits(0, open_low=True)] = 1e-3
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -86,7 +86,7 @@ class Limits:
         high: the largest.
         open_low: whether ``low`` itself is refused.
         open_high: whether ``high`` itself is refused.
-        some: whether a field that holds several must hold one at least.
+        some: whether a field that holds several must hold one at least, and none twice.
     """
 
     low: float
@@ -118,7 +118,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Members:
-    """The names that a field of settings may hold, one at least: an annotation of its type.
+    """The names that a field of settings may hold, one at least and none twice, as an annotation.
 
     Attributes:
         valid: all of them.
@@ -137,22 +137,68 @@ class Members:
             check_choice(field, name, self.valid)
 
 
-def _check_some(field: str, values: tuple[Any, ...]) -> None:
+def _check_some(field: str, values: Any) -> None:
+    """Refuse none, and one that is there twice: what was measured once would count twice."""
+    if not isinstance(values, (tuple, list)):
+        raise InputError(f"several values wanted, is {values!r}", place=field)
     if not values:
         raise InputError("at least one value is needed", place=field)
+    for number, value in enumerate(values):
+        if value in values[:number]:
+            raise InputError(f"{value} is given twice", place=field)
 
 
 class Settings:
     """Base of dataclasses of settings: every field is held to its ``Limits`` or ``Members``."""
 
     def __post_init__(self) -> None:
-        """Refuse values outside their limits.
+        """Refuse values outside their limits; make settings of settings that come as a dict.
 
         Raises:
             InputError: naming the field and what it may be.
         """
         for field, limits, hint in _limits(type(self)):  # type: ignore[arg-type]  # hashable it is
             limits.check(field, getattr(self, field), hint)
+        for field, kind in _nested(type(self)):  # type: ignore[arg-type]
+            object.__setattr__(self, field, made(kind, getattr(self, field), field))
+
+
+Kind = TypeVar("Kind", bound=Settings)
+
+
+def made(kind: type[Kind], value: Kind | Mapping[str, Any] | None, field: str) -> Kind:
+    """Settings of that kind: as they are, of fields by name, or the defaults for None.
+
+    Raises:
+        InputError: if there is no such field, a value is outside its limits, or what came is
+            nothing of this.
+    """
+    if isinstance(value, kind):
+        return value
+    if value is None:
+        return kind()
+    if not isinstance(value, Mapping):
+        raise InputError(
+            f"{kind.__name__} wanted, or a dict of its fields, got {type(value).__name__}",
+            place=field,
+        )
+    for name in value:
+        check_choice(field, name, (each.name for each in fields(kind)))  # type: ignore[arg-type]
+    try:
+        return kind(**value)
+    except InputError as error:
+        raise InputError(str(error), place=field) from None
+
+
+@cache
+def _nested(settings: type) -> tuple[tuple[str, type[Settings]], ...]:
+    """The fields of a class of settings that are settings themselves, and of which class."""
+    hints = get_type_hints(settings)
+    return tuple(
+        (field, hint)
+        for field, hint in hints.items()
+        if isinstance(hint, type) and issubclass(hint, Settings)
+    )
 
 
 @cache

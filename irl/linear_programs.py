@@ -2,8 +2,16 @@
 
 (3.7) and (3.12) promise margins of the demonstrated actions over others. Whether there are any is
 counted under the reward's own optimal values, in which unlabelled states are planned for.
+
+They value a policy, which needs an action in every state, and demonstrations tell some. Where none
+was demonstrated, a guess comes first, and where planning for the reward found does not act as was
+demonstrated, the best actions under it are next. (3.7) begins with the guess that a run ends there:
+its price keeps rewards out of states that explain nothing. (3.12) has no such price, and so may
+leave the largest reward in a state that a run is taken to end in, for planning to earn again and
+again; it begins with even choices.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,25 +21,32 @@ from irl.advice import Advice
 from irl.baselines.linear_programming import largest_l1, lp, margins
 from irl.baselines.lp_advice import TrustConfig, lp_advice
 from irl.baselines.lp_basis import lp_basis
-from irl.baselines.lp_bumps import ENOUGH, lp_bumps
+from irl.baselines.lp_bumps import ENOUGH, explained, lp_bumps
 from irl.choices import check_number
 from irl.mdp import TransitionModel
 from irl.method_inputs import Count, Found, Inputs, labelled_policy, walk_ends, walks
-from irl.planning import value_iteration
+from irl.planning import uniform_policy, value_iteration
 
 SLACK = 0.05
 """Share of the optimum of (3.9) and (3.12) that is given up for the smallest margin. The sum of
 margins is often largest where some are 0 or below, and then, be it in the first state of every run,
 an action that leads nowhere is as good as the one demonstrated or better."""
+_ROUNDS = 3  # programs, each with the best actions of the last one's reward elsewhere
 
 
 def largest_margins(given: Inputs, slack: float = 0.01, l1: float = 1.0, **options: Any) -> Found:
     """Fit by (3.7); options as `lp`."""
     model, gamma = given.model, given.gamma
     policy = labelled_policy(model, given.demonstrations)
-    reward = lp(model, policy, gamma, slack=slack, l1=l1, **options)
+
+    def program(elsewhere: np.ndarray | None) -> np.ndarray:
+        return lp(model, policy, gamma, slack=slack, l1=l1, elsewhere=elsewhere, **options)
+
+    count = Count(given.progress)
+    reward, q = _best_elsewhere(given, policy, program, None, count)
     if reward.any():
-        return replace(_with_margins(given, policy, reward), converged=True)
+        learnt = _with_margins(given, policy, reward, q)
+        return replace(learnt, iterations=count.done, converged=True)
     most = largest_l1(model, policy, gamma)
     if most == 0:
         return Found(reward, converged=True, note=_no_margin(model, policy))
@@ -80,12 +95,49 @@ def over_basis(
         )
         reward, q, converged = found.reward, found.q, found.explained >= ENOUGH
     else:
-        reward, _ = lp_basis(model, policy, basis, gamma=gamma, slack=slack, **options)
+
+        def program(elsewhere: np.ndarray | None) -> np.ndarray:
+            more = {"elsewhere": elsewhere} | options
+            return lp_basis(model, policy, basis, gamma=gamma, slack=slack, **more)[0]
+
+        reward, q = _best_elsewhere(given, policy, program, uniform_policy(model.mask), count)
     if reward.any():
         learnt = _with_margins(given, policy, reward, q)
     else:
         learnt = Found(reward, note=_no_margin(model, policy))
     return replace(learnt, iterations=count.done or None, converged=converged)
+
+
+def _best_elsewhere(
+    given: Inputs,
+    policy: np.ndarray,
+    program: Callable[[np.ndarray | None], np.ndarray],
+    elsewhere: np.ndarray | None,
+    count: Count,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of a few programs, the reward that explains most of what was demonstrated, and its Q.
+
+    Args:
+        given: what the method is given.
+        policy: the actions demonstrated, −1 where none was.
+        program: from what is done elsewhere to a reward.
+        elsewhere: the first guess.
+        count: told of each program, and of how much the best so far explains.
+    """
+    model, open_to = given.model, (policy < 0) & (given.model.widths > 1)
+    best, told = (np.zeros(model.n_states), np.zeros(model.mask.shape)), -np.inf
+    for done in range(1, _ROUNDS + 1):
+        reward = program(elsewhere)
+        _, q = value_iteration(model, reward, given.gamma)
+        now = explained(model, q, given.demonstrations)
+        better = now > told
+        if better:
+            best, told = (reward, q), now
+        count(done, told)
+        if not better or not reward.any() or now >= 1 or not open_to.any():
+            break
+        elsewhere = np.eye(model.n_actions)[q.argmax(axis=1)]
+    return best
 
 
 def _with_margins(

@@ -39,46 +39,43 @@ match what was demonstrated, and see no generalised pairs.
 Where only states were recorded, `irl.state_only` infers the actions, for the methods that can do
 with shares of a label: all but the linear programs and birl.
 
-The linear programs (3.7) and (3.12) ask for the best action of every state, and demonstrations
-tell some. Their margins range over the demonstrated states, and elsewhere a run is taken to end:
-completing the policy by a guess would make the program explain the guess. (3.9), and (3.12) where
-it chooses its bumps, value it elsewhere by even choices first, and then by the best ones under the
-reward found.
+The linear programs ask for the best action of every state, and demonstrations tell some. Their
+margins range over the demonstrated states: completing the policy by a guess would make the program
+explain the guess. Elsewhere they value a guess first, that a run ends there (3.7) or even choices
+(3.9), (3.12), and then the best actions under the reward found.
 """
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from irl import linear_programs, method_iterations, vr_fit
+from irl import linear_programs, method_fits, method_iterations, vr_fit
 from irl.advice import Advice
-from irl.baselines.ascent import AscentConfig, RidgeConfig
-from irl.baselines.behaviour_cloning import behaviour_cloning
+from irl.baselines.ascent import RidgeConfig
 from irl.baselines.bellman_gradient import (
     SHARPNESS,
     BellmanGradientConfig,
     smooth_maximum,
 )
-from irl.baselines.birl import R_HAT, SamplingConfig, birl
-from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
+from irl.baselines.birl import birl
+from irl.baselines.deep_max_ent import DeepMaxEntConfig
 from irl.baselines.differentiable_planning import HardMax, SoftMax
 from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
 from irl.baselines.linear_programming import lp
 from irl.baselines.lp_advice import TrustConfig
 from irl.baselines.lp_basis import lp_basis
-from irl.baselines.max_ent import max_ent
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
-from irl.method_inputs import Count, Found, Inputs, Progress, demonstrated, option_names
+from irl.method_inputs import Found, Inputs, Progress, option_names
 from irl.method_iterations import Iteration, Prepare, planned
 from irl.planning import value_iteration
-from irl.posterior.learner import AGREE, GoalConfig, GoalLearner
+from irl.posterior.learner import GoalConfig
 from irl.problem import LearningProblem
 
 
@@ -92,8 +89,7 @@ class Learnt:
         reward: float64 ``[n_states]``, earned on entering a state, or ``[n_states, n_actions]``,
             earned by acting, 0 where infeasible; None if none was learnt.
         seconds: wall time.
-        iterations: evaluations of the objective, training steps, or programs solved; None for a
-            single program.
+        iterations: evaluations of the objective, training steps, or programs solved.
         converged: whether the method ended where it wanted to; False if the iterations that it
             was allowed ended it; None if it always takes as many.
         note: what else is to be known, in one line: that there is no preference, or that
@@ -176,8 +172,8 @@ def learn(
         rng: the only source of chance.
         options: ``advice``, an ``irl.advice.Advice``; ``progress``, called after each iteration
             with the number done and the objective's value, which may end the learning by raising
-            (birl tells of rewards kept, lp_advice and the bumps of lp_basis of programs solved; lp
-            is one program); and those of the method itself, in place of its defaults.
+            (birl tells of rewards kept, linear programs of programs solved); and those of the
+            method itself, in place of its defaults.
 
     Raises:
         InputError: if the name is unknown, features are missing or not for this method, or an
@@ -204,6 +200,8 @@ def learn(
         raise InputError("numpy.random.default_rng(seed) wanted", place="rng")
     if not isinstance(advice, Advice | None):
         raise InputError(f"Advice wanted, got {type(advice).__name__}", place="advice")
+    if progress is not None and not callable(progress):
+        raise InputError(f"a function wanted, got {type(progress).__name__}", place="progress")
     for option in options:
         check_choice(f"{name}: option", option, option_names(*method.takes))
     demonstrations.check(given.model, "demonstrations")
@@ -239,100 +237,22 @@ def _problem(
     return LearningProblem(problem, features, gamma=gamma)
 
 
-def _counted(
-    function: Callable[..., tuple[np.ndarray, Any]], config_type: type[AscentConfig]
-) -> Callable:
-    """Fit by ``function``, which tells a callback of its iterations: a reward per state, or Φ ω."""
-
-    def fit(given: Inputs, **options: Any) -> Found:
-        count, config = Count(given.progress), config_type(**options)
-        reward, _ = function(
-            given.model,
-            given.demonstrations,
-            given.problem.pair_features,
-            gamma=given.gamma,
-            config=config,
-            callback=count,
-        )
-        return Found(reward, iterations=count.done, converged=count.done < config.max_iterations)
-
-    return fit
-
-
-def _max_ent(given: Inputs, **options: Any) -> Found:
-    shown = demonstrated(given.demonstrations)
-    return _counted(max_ent, RidgeConfig)(replace(given, demonstrations=shown), **options)
-
-
-def _deep_max_ent(given: Inputs, **options: Any) -> Found:
-    config, pairs = DeepMaxEntConfig(**options), given.problem.pair_features
-    reward, _ = deep_max_ent(
-        given.model,
-        demonstrated(given.demonstrations),
-        given.problem.required_features() if pairs is None else pairs,
-        gamma=given.gamma,
-        rng=given.rng,
-        config=config,
-        callback=given.progress,
-    )
-    return Found(reward, iterations=config.iterations)
-
-
-def _birl(given: Inputs, sampling: SamplingConfig | None = None, **options: Any) -> Found:
-    sampling = sampling or SamplingConfig()
-    posterior = birl(
-        given.model,
-        given.demonstrations,
-        given.problem.pair_features,
-        gamma=given.gamma,
-        rng=given.rng,
-        config=sampling,
-        callback=given.progress,
-        **options,
-    )
-    proposals = sampling.chains * (sampling.burn_in + sampling.samples * sampling.thin)
-    agree = posterior.r_hat <= R_HAT
-    note = f"chains disagree: R̂ = {posterior.r_hat:.3f}, above {R_HAT}; raise burn_in and samples"
-    return Found(
-        posterior.reward, iterations=proposals, converged=agree, note="" if agree else note
-    )
-
-
-def _behaviour_cloning(given: Inputs, **options: Any) -> Found:
-    count, config = Count(given.progress), RidgeConfig(**options)
-    log_pi, _ = behaviour_cloning(
-        given.model,
-        given.demonstrations,
-        given.problem.features,
-        config=config,
-        callback=count,
-    )
-    converged = count.done < config.max_iterations
-    return Found(q=log_pi, iterations=count.done, converged=converged)
-
-
-def _goal_posterior(given: Inputs, **options: Any) -> Found:
-    learner = GoalLearner(given.problem, rng=given.rng, config=GoalConfig(**options))
-    learner.learn(given.demonstrations)
-    if given.progress is not None:
-        given.progress(learner.belief.goal.size, float(np.log(learner.belief.weight.max())))
-    agree = learner.ends_agree >= AGREE
-    note = "" if agree else "demonstrations end where no plan of its does: the goal is not found"
-    return Found(
-        learner.reward, learner.q, iterations=learner.belief.goal.size, converged=agree, note=note
-    )
-
-
 METHODS: Mapping[str, Method] = {
-    "fa_mlirl": Method(vr_fit.likeliest, (vr_fit.likeliest,), method_iterations.fa_mlirl),
-    "max_ent": Method(_max_ent, (RidgeConfig,), method_iterations.max_ent, penalty="lower l2"),
-    "deep_max_ent": Method(_deep_max_ent, (DeepMaxEntConfig,), method_iterations.deep_max_ent),
+    "fa_mlirl": Method(vr_fit.likeliest, (vr_fit.NetworksConfig,), method_iterations.fa_mlirl),
+    "max_ent": Method(
+        method_fits.matched, (RidgeConfig,), method_iterations.max_ent, penalty="lower l2"
+    ),
+    "deep_max_ent": Method(
+        method_fits.matched_by_network, (DeepMaxEntConfig,), method_iterations.deep_max_ent
+    ),
     "bellman_gradient": Method(
-        _counted(linear_mlirl, BellmanGradientConfig),
+        method_fits.counted(linear_mlirl, BellmanGradientConfig),
         (BellmanGradientConfig,),
         planned(smooth_maximum("soft", SHARPNESS)),
     ),
-    "linear_mlirl": Method(_counted(linear_mlirl, MlirlConfig), (MlirlConfig,), planned(HardMax())),
+    "linear_mlirl": Method(
+        method_fits.counted(linear_mlirl, MlirlConfig), (MlirlConfig,), planned(HardMax())
+    ),
     "lp": Method(linear_programs.largest_margins, (linear_programs.largest_margins, lp)),
     "lp_advice": Method(
         linear_programs.with_advice,
@@ -341,17 +261,17 @@ METHODS: Mapping[str, Method] = {
         penalty="raise demonstration_trust or advice_trust",
     ),
     "lp_basis": Method(linear_programs.over_basis, (linear_programs.over_basis, lp_basis)),
-    "birl": Method(_birl, (_birl, birl), method_iterations.birl),
+    "birl": Method(method_fits.sampled, (method_fits.sampled, birl), method_iterations.birl),
     "behaviour_cloning": Method(
-        _behaviour_cloning, (RidgeConfig,), method_iterations.behaviour_cloning
+        method_fits.cloned, (RidgeConfig,), method_iterations.behaviour_cloning
     ),
     "planning": Method(
-        _counted(sparse_planning, SparseConfig),
+        method_fits.counted(sparse_planning, SparseConfig),
         (SparseConfig,),
         planned(SoftMax()),
         penalty="lower sparsity",
     ),
-    "goal_posterior": Method(_goal_posterior, (GoalConfig,)),
+    "goal_posterior": Method(method_fits.goals, (GoalConfig,)),
 }
 OF_PAIRS = (*("max_ent", "deep_max_ent", "bellman_gradient", "linear_mlirl", "birl", "planning"),)
 """Methods that learn a reward of pairs from features of pairs."""

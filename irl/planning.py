@@ -16,6 +16,7 @@ TIE = 1e-14
 """Share of the largest |V| within which actions count as equally good: a few roundings."""
 _ROUNDING = TIE / 4  # of the largest |V|: what a policy must gain to be another
 _SETTLED = 1e-16  # of the largest |V|: what sweeps alone may leave
+_LARGEST = 1e300  # |V| that leaves sums of a few within what a float holds
 _SWEEPS = 10  # between two policies, at least
 
 
@@ -105,7 +106,8 @@ def earned_by_acting(
             f"[{model.n_states}, {model.n_actions}], got {list(table.shape)}",
             place="state_reward",
         )
-    return model.P @ table + each
+    with np.errstate(over="ignore"):  # infinite, which whoever plans for it refuses
+        return model.P @ table + each
 
 
 def best(model: TransitionModel, per_pair: np.ndarray, fill: float) -> np.ndarray:
@@ -141,11 +143,14 @@ def value_iteration(
         ``TIE`` of the largest |V|, have exactly the value of the best.
 
     Raises:
-        InputError: if gamma is outside [0, 1), or a reward is not finite or has a wrong shape.
+        InputError: if gamma is outside [0, 1), or a reward is not finite, has a wrong shape, or is
+            so large that values may overflow.
     """
     # Folded once, so that a sweep is one matrix product: r + P R.
     earned = earned_by_acting(model, state_reward, pair_reward)
     check_range("value iteration: gamma", gamma, 0, 1, open_high=True)
+    if not np.abs(earned).max(initial=0.0) <= _LARGEST * (1 - gamma):
+        raise InputError(f"too large for γ = {gamma}: values overflow", place="state_reward")
     ended = np.zeros(model.n_states, dtype=bool)
     if terminal is not None:
         ended[terminal] = True

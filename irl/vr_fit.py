@@ -6,38 +6,59 @@ at half the log-likelihood. So several begin, each from weights of its own, and 
 each makes the demonstrations decides among them; nothing else is known of what is right.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
 import numpy as np
 
 from irl.bellman import BellmanTerm
-from irl.choices import check_number, check_range
+from irl.choices import Limits, Settings, check_choice, made
 from irl.likelihood import LikelihoodProblem
 from irl.method_inputs import Found, Inputs, inverse_temperature
 from irl.method_iterations import HIDDEN
 from irl.training import TrainingConfig, train
-from irl.vr_function import VRFunction, pin, torch_generator
+from irl.vr_function import DEVICES, WIDEST, VRFunction, pin, torch_generator
 
 NETWORKS = 3
 """How many networks begin: one in eighteen ends poorly, so that all three do is rare."""
 
 
-def likeliest(
-    given: Inputs,
-    hidden: tuple[int, ...] = HIDDEN,
-    training: TrainingConfig | None = None,
-    networks: int = NETWORKS,
-    device: str = "cpu",
-) -> Found:
-    """Fit ``networks`` VR networks, each by ``training``, and keep the likeliest.
+@dataclass(frozen=True)
+class NetworksConfig(Settings):
+    """Which networks are fitted, and how."""
+
+    hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = HIDDEN
+    """Widths of the hidden layers."""
+    training: TrainingConfig | Mapping[str, Any] | None = None
+    """How each is trained, or the fields of that; None for the defaults, β by the walks' length."""
+    networks: Annotated[int, Limits(1, 1000)] = NETWORKS
+    """How many begin."""
+    device: str = "cpu"
+    """Where they live, a name in ``irl.vr_function.DEVICES``."""
+
+    def __post_init__(self) -> None:
+        """Refuse values outside their range.
+
+        Raises:
+            InputError: naming the field and what it may be.
+        """
+        super().__post_init__()
+        check_choice("device", self.device, DEVICES)
+
+
+def likeliest(given: Inputs, **options: Any) -> Found:
+    """Fit VR networks, each by the same training, and keep the likeliest; `NetworksConfig`.
 
     The first begins as the only one would. Progress is told over all of them, one after the other;
     what has converged is the one that is kept, and nothing is said of it without a tolerance.
     """
-    check_number("networks", networks, whole=True)
-    check_range("networks", networks, 1)
-    model = given.model
+    config, model = NetworksConfig(**options), given.model
     x, fixed_vr = given.problem.required_features(), given.problem.fixed_vr
-    if training is None:
+    if config.training is None:
         training = TrainingConfig(beta=inverse_temperature(given.demonstrations))
+    else:
+        training = made(TrainingConfig, config.training, "training")
     cautious = training.cautious
     problem = LikelihoodProblem.of(
         model, given.demonstrations, fixed_vr=fixed_vr, cautious=cautious
@@ -59,9 +80,12 @@ def likeliest(
         if given.progress is not None:
             given.progress(done + iteration, value)
 
-    for _ in range(networks):
+    for _ in range(config.networks):
         network = VRFunction(
-            x.shape[1], hidden, generator=torch_generator(given.rng), device=device
+            x.shape[1],
+            tuple(config.hidden),
+            generator=torch_generator(given.rng),
+            device=config.device,
         )
         run = train(network, problem, x, training, given.rng, told, bellman)
         done += run.log_likelihood.size

@@ -27,7 +27,7 @@ class AscentConfig(Settings):
     tolerance: Annotated[float, Limits(0)] = 1e-4
     """Largest gradient entry at which it ends; with a price on absolute entries, largest change
     that a unit step would make."""
-    max_iterations: Annotated[int, Limits(0)] = 200
+    max_iterations: Annotated[int, Limits(0, 1_000_000_000)] = 200
     """Evaluations of the objective after which it ends in any case."""
 
 
@@ -36,8 +36,8 @@ class RidgeConfig(AscentConfig):
     """How to climb a concave objective, less l2 |x|² / 2."""
 
     tolerance: Annotated[float, Limits(0)] = 1e-6
-    max_iterations: Annotated[int, Limits(0)] = 1000
-    l2: Annotated[float, Limits(0)] = 1e-3
+    max_iterations: Annotated[int, Limits(0, 1_000_000_000)] = 1000
+    l2: Annotated[float, Limits(0, 1e9)] = 1e-3
     """Price of |x|² / 2 against the objective. Above 0 the solution is unique and finite, where
     flawless demonstrations would otherwise push it to infinity."""
 

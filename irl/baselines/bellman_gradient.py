@@ -53,5 +53,5 @@ def smooth_maximum(smoothing: str, sharpness: float) -> Maximum:
         InputError: if the name is unknown, or k is out of range.
     """
     check_choice("smoothing", smoothing, SMOOTHINGS)
-    check_range("sharpness", sharpness, 0.0, open_low=True)
+    check_range("sharpness", sharpness, 0.0, 1e9, open_low=True)
     return PNorm(sharpness) if smoothing == "norm" else SoftMax(1 / sharpness)

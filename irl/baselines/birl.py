@@ -24,6 +24,8 @@ from irl.baselines.shape_of_posterior import posterior_shape
 from irl.choices import Limits, Settings, check_choice, check_range
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator
+from irl.errors import InputError
+from irl.integers import reals
 from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 from irl.problem import LearningProblem
@@ -38,19 +40,19 @@ R_HAT = 1.05
 class SamplingConfig(Settings):
     """How to draw from the posterior."""
 
-    beta: Annotated[float, Limits(0, open_low=True)] = 10.0
+    beta: Annotated[float, Limits(0, 1e9, open_low=True)] = 10.0
     """Inverse temperature of the demonstrator, in 1 / unit of reward."""
-    prior_scale: Annotated[float, Limits(0, open_low=True)] = 1.0
+    prior_scale: Annotated[float, Limits(0, 1e9, open_low=True)] = 1.0
     """Standard deviation of every ω_k beforehand, in the reward's unit."""
-    chains: Annotated[int, Limits(2)] = 4
+    chains: Annotated[int, Limits(2, 1000)] = 4
     """Independent chains; with fewer than 2, nothing tells whether they agree."""
-    burn_in: Annotated[int, Limits(0)] = 500
+    burn_in: Annotated[int, Limits(0, 1_000_000_000)] = 500
     """Proposals a chain in which its step adapts, which are forgotten."""
-    samples: Annotated[int, Limits(4)] = 200
+    samples: Annotated[int, Limits(4, 10_000_000)] = 200
     """Rewards a chain that are kept."""
-    thin: Annotated[int, Limits(1)] = 5
+    thin: Annotated[int, Limits(1, 1_000_000)] = 5
     """Proposals for each reward kept."""
-    bins: Annotated[int, Limits(2)] = 10
+    bins: Annotated[int, Limits(2, 10_000)] = 10
     """Intervals of the probabilities in ``Posterior.query_entropy``."""
 
 
@@ -130,12 +132,19 @@ def birl(
 
     Raises:
         InputError: if there is no demonstration, a pair is infeasible, a number is out of range,
-            or the features are not finite or have a wrong shape.
+            or the features or ``start`` are not finite or have a wrong shape.
     """
     config = config or SamplingConfig()
     phi, of_pairs = reward_features(model, features)
     problem = LikelihoodProblem.of(model, demonstrations)
     shape = config.chains, config.samples
+    if start is not None:
+        start = reals(start, "start")
+        if start.shape != (config.chains, phi.shape[1]) or not np.isfinite(start).all():
+            raise InputError(
+                f"finite numbers {[config.chains, phi.shape[1]]} wanted, got {list(start.shape)}",
+                place="start",
+            )
     weights, likelihoods = np.empty((*shape, phi.shape[1])), np.empty(shape)
     acceptance = np.zeros(config.chains)
     counts = np.zeros((model.n_pairs, config.bins), dtype=np.int64)
@@ -147,7 +156,7 @@ def birl(
         tolerance = 1e-3 / (config.beta * problem.total)
         planner = Planner(model, gamma, tolerance=tolerance, of_pairs=of_pairs)
         likelihood = PlannedLikelihood.over(problem, planner, config.beta)
-        begin = None if start is None else np.asarray(start[chain])
+        begin = None if start is None else start[chain]
         steps = _walk(likelihood, phi, problem.total, begin, config, own_rng)
         for sample in range(config.samples):
             for _ in range(config.thin):

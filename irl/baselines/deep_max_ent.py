@@ -29,13 +29,13 @@ class DeepMaxEntConfig(Settings):
 
     hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (32, 32)
     """Widths of the hidden layers."""
-    r_max: Annotated[float, Limits(0, open_low=True)] = 10.0
+    r_max: Annotated[float, Limits(0, 1e9, open_low=True)] = 10.0
     """Largest |R(s)|, in units of the demonstrator's temperature."""
-    iterations: Annotated[int, Limits(0)] = 300
+    iterations: Annotated[int, Limits(0, 10_000_000)] = 300
     """Steps to take."""
-    step: Annotated[float, Limits(0, open_low=True)] = 0.01
+    step: Annotated[float, Limits(0, 1e6, open_low=True)] = 0.01
     """Adam's first step, which decays linearly to 0."""
-    weight_decay: Annotated[float, Limits(0)] = 0.0
+    weight_decay: Annotated[float, Limits(0, 1e6)] = 0.0
     """Shrinkage of the weights per unit of step."""
 
 

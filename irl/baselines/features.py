@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from irl.errors import InputError
+from irl.integers import reals
 from irl.mdp import TransitionModel
 
 Features: TypeAlias = np.ndarray | sparse.csr_matrix
@@ -19,8 +20,13 @@ def state_features(model: TransitionModel, features: np.ndarray | None) -> Featu
     """
     if features is None:
         return sparse.identity(model.n_states, format="csr")
-    features = np.asarray(features, dtype=np.float64)
-    if features.ndim != 2 or len(features) != model.n_states or not np.isfinite(features).all():
+    features = reals(features, "features")
+    if (
+        features.ndim != 2
+        or len(features) != model.n_states
+        or features.shape[1] == 0
+        or not np.isfinite(features).all()
+    ):
         raise InputError(
             f"features: finite values [{model.n_states}, d] wanted, got {list(features.shape)}"
         )
@@ -45,7 +51,7 @@ def reward_features(model: TransitionModel, features: np.ndarray | None) -> tupl
     """
     if features is None or np.ndim(features) != 3:
         return state_features(model, features), False
-    table = np.asarray(features, dtype=np.float64)
+    table = reals(features, "features")
     if table.shape[:2] != (model.n_states, model.n_actions):
         raise InputError(
             f"finite values [{model.n_states}, {model.n_actions}, d] of pairs wanted, got "

@@ -25,7 +25,7 @@ from irl.mdp import TransitionModel
 class MlirlConfig(AscentConfig):
     """How to climb the likelihood of Boltzmann choices."""
 
-    beta: Annotated[float, Limits(0, open_low=True)] = 1.0
+    beta: Annotated[float, Limits(0, 1e9, open_low=True)] = 1.0
     """Inverse temperature β of the demonstrator, in 1 / unit of reward."""
 
     @property

@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
+from irl.baselines.partial_policy import checked_policy, completed
 from irl.choices import check_range
 from irl.errors import InputError
 from irl.mdp import TransitionModel
@@ -29,6 +30,7 @@ def lp(
     l1: float = 1.0,
     r_max: float = 1.0,
     slack: float = 0.0,
+    elsewhere: np.ndarray | None = None,
 ) -> np.ndarray:
     """Find the reward under which ``policy`` is optimal by the largest sum of margins (3.7).
 
@@ -52,19 +54,20 @@ def lp(
         l1: λ, the price of Σ_s |R(s)| against the sum of margins, from 0.
         r_max: largest |R(s)|, above 0, in the reward's unit.
         slack: 0…1; 0 is (3.7) alone, 0.01 mostly enough to leave no ties.
+        elsewhere: as for `irl.baselines.partial_policy.completed`.
 
     Returns:
         R, float64 ``[n_states]``, earned on entering a state.
 
     Raises:
-        InputError: if a number is out of range, or ``policy`` has a wrong shape or type or
-            names an action that is not feasible.
+        InputError: if a number is out of range, ``policy`` has a wrong shape or type or
+            names an action that is not feasible, or ``elsewhere`` has a wrong shape.
         RuntimeError: if the solver stops without an optimum.
     """
     policy = checked_policy(model, policy)
-    check_range("l1", l1, 0.0)
+    check_range("l1", l1, 0.0, 1e9)
     check_range("slack", slack, 0.0, 1.0)
-    program = _margins(model, policy, gamma, r_max)
+    program = _margins(model, policy, completed(model, policy, elsewhere), gamma, r_max)
     m = program.lower.size
     if m == 0:
         return np.zeros(model.n_states)
@@ -97,7 +100,7 @@ def largest_l1(model: TransitionModel, policy: np.ndarray, gamma: float) -> floa
         RuntimeError: if the solver stops without an optimum.
     """
     policy = checked_policy(model, policy)
-    program = _margins(model, policy, gamma, 1.0)
+    program = _margins(model, policy, policy, gamma, 1.0)
     m = program.lower.size
     if m == 0:
         return 0.0
@@ -107,13 +110,13 @@ def largest_l1(model: TransitionModel, policy: np.ndarray, gamma: float) -> floa
 
 
 def _margins(
-    model: TransitionModel, policy: np.ndarray, gamma: float, r_max: float
+    model: TransitionModel, policy: np.ndarray, valued: np.ndarray, gamma: float, r_max: float
 ) -> "RewardProgram":
-    """The program (3.7), with a margin from 0 for each state that offers a choice."""
+    """The program (3.7), with a margin from 0 for each state where ``policy`` has a choice."""
     lead, margin = leads(model, policy)
     m, k = int(margin.max(initial=-1)) + 1, margin.size
     of_pair = sparse.csr_matrix((np.ones(k), (np.arange(k), margin)), shape=(k, m))
-    P_pi = transition_matrix(model, policy)
+    P_pi = transition_matrix(model, valued)
     return RewardProgram(P_pi, gamma, r_max, lead, of_pair, lower=np.zeros(m))
 
 
@@ -178,7 +181,7 @@ class RewardProgram:
             InputError: if gamma or r_max is out of range.
         """
         check_range("gamma", self.gamma, 0, 1, open_high=True)
-        check_range("r_max", self.r_max, 0.0, open_low=True)
+        check_range("r_max", self.r_max, 0.0, 1e9, open_low=True)
 
     def objective(self, l1: float, weight: np.ndarray) -> np.ndarray:
         """Coefficients of weight·x − l1 Σ|R|, one for each of the program's variables."""
@@ -196,19 +199,20 @@ class RewardProgram:
             InputError: if nothing satisfies the constraints.
             RuntimeError: if the solver stops without an optimum.
         """
-        n, m, P, lead = self.P_pi.shape[0], self.lower.size, self.P_pi, self.lead
+        # All is in proportion to the reward, and the solver's tolerances are for numbers near 1.
+        n, m, P, lead, unit = self.P_pi.shape[0], self.lower.size, self.P_pi, self.lead, self.r_max
         values = sparse.hstack(
             [P, -P, self.gamma * P - sparse.identity(n), sparse.csr_matrix((n, m))], format="csr"
         )
         rows = sparse.hstack([-lead, lead, -self.gamma * lead, self.extra], format="csr")
-        at_most = np.broadcast_to(-np.asarray(self.least, dtype=np.float64), lead.shape[:1])
+        at_most = np.broadcast_to(-np.asarray(self.least, dtype=np.float64) / unit, lead.shape[:1])
         if floor is not None:
             rows = sparse.vstack([rows, -floor[0][None]], format="csr")
-            at_most = np.append(at_most, -floor[1])
+            at_most = np.append(at_most, -floor[1] / unit)
         bounds = np.full((3 * n + m, 2), np.inf)
-        bounds[: 2 * n] = 0.0, self.r_max
+        bounds[: 2 * n] = 0.0, 1.0
         bounds[2 * n : 3 * n, 0] = -np.inf
-        bounds[3 * n :, 0] = self.lower
+        bounds[3 * n :, 0] = self.lower / unit
         answer = linprog(
             -objective, A_ub=rows, b_ub=at_most, A_eq=values, b_eq=np.zeros(n), bounds=bounds
         )
@@ -216,7 +220,7 @@ class RewardProgram:
             raise InputError(f"linear program: no reward within ±{self.r_max:g} meets all of it")
         if answer.x is None or not answer.success:
             raise RuntimeError(f"linear program: no optimum found ({answer.message})")
-        return answer.x[:n] - answer.x[n : 2 * n], answer.x[3 * n :]
+        return unit * (answer.x[:n] - answer.x[n : 2 * n]), unit * answer.x[3 * n :]
 
     def untied(
         self, objective: np.ndarray, value: float, margins: np.ndarray, slack: float
@@ -248,24 +252,3 @@ class RewardProgram:
 def nearly(value: float, slack: float) -> float:
     """All but a share ``slack`` of the best value of an objective, whatever its sign."""
     return (1 - slack) * value if value > 0 else (1 + slack) * value
-
-
-def checked_policy(model: TransitionModel, policy: np.ndarray) -> np.ndarray:
-    """A policy as an array, integer ``[n_states]``, −1 where a run ends.
-
-    Raises:
-        InputError: if it has a wrong shape or type or names an action that is not feasible.
-    """
-    policy = np.asarray(policy)
-    if policy.shape != (model.n_states,) or not np.issubdtype(policy.dtype, np.integer):
-        raise InputError(
-            f"policy: integer [{model.n_states}] wanted, got {policy.dtype} {list(policy.shape)}"
-        )
-    states = np.arange(model.n_states)
-    for s in np.flatnonzero((policy != -1) & (model.pair_index(states, policy) < 0))[:1]:
-        raise InputError(
-            f"state {s}, action {policy[s]} is not feasible",
-            place="policy",
-            valid=(*model.actions_of(s), "-1 where a run ends"),
-        )
-    return policy

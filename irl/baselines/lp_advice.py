@@ -26,6 +26,7 @@ from irl.baselines.linear_programming import RewardProgram, leads
 from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
+from irl.integers import reals
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix, value_iteration
 
@@ -34,16 +35,16 @@ from irl.planning import transition_matrix, value_iteration
 class TrustConfig(Settings):
     """How far demonstrations and advice are trusted, and the program's limits."""
 
-    demonstration_trust: Annotated[float, Limits(0)] = 1.0
+    demonstration_trust: Annotated[float, Limits(0, 1e9)] = 1.0
     """λ_d."""
-    advice_trust: Annotated[float, Limits(0)] = 1.0
+    advice_trust: Annotated[float, Limits(0, 1e9)] = 1.0
     """λ_a."""
     hardness: np.ndarray | float = 0.0
     """δ, one number or ``[n_states]``, in units of Q: above 0 a margin that must be met, below 0 a
     violation that is allowed."""
-    r_max: Annotated[float, Limits(0, open_low=True)] = 1.0
+    r_max: Annotated[float, Limits(0, 1e9, open_low=True)] = 1.0
     """Largest |R(s)|, in the reward's unit."""
-    rounds: Annotated[int, Limits(1)] = 10
+    rounds: Annotated[int, Limits(1, 1_000_000)] = 10
     """Most policies to solve (3.9) for."""
     slack: Annotated[float, Limits(0, 1)] = 0.0
     """0 is (3.9) alone; else the share of its optimum that may be lost for the smallest margin of
@@ -89,7 +90,7 @@ def lp_advice(
     shape = model.n_states, model.n_actions
     if advice.preferred.shape != shape or advice.avoided.shape != shape:
         raise InputError(f"advice: tables {list(shape)} wanted, got {list(advice.preferred.shape)}")
-    hardness = np.asarray(config.hardness, dtype=np.float64)
+    hardness = reals(config.hardness, "hardness")
     if hardness.shape not in ((), (model.n_states,)) or not np.isfinite(hardness).all():
         raise InputError(f"hardness: one finite number or [{model.n_states}] of them wanted")
     demonstrations.check(model, "demonstrations")

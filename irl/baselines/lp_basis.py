@@ -16,8 +16,10 @@ from scipy.optimize import linprog
 from scipy.sparse.linalg import splu
 
 from irl.baselines.features import Features, state_features
-from irl.baselines.linear_programming import checked_policy, leads, nearly
+from irl.baselines.linear_programming import leads, nearly
+from irl.baselines.partial_policy import checked_policy, completed
 from irl.choices import check_range
+from irl.integers import integers
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix
 
@@ -44,8 +46,7 @@ def lp_basis(
         features: Φ, ``[n_states, d]``; one indicator per state if absent.
         gamma: discount factor in [0, 1).
         states: S₀, indices of the sampled states; all if absent.
-        elsewhere: what is done where ``policy`` is −1 and something can be done, probabilities
-            ``[n_states, n_actions]``; if absent, a run ends there.
+        elsewhere: as for `irl.baselines.partial_policy.completed`.
         slack: 0…1; 0 is (3.12) alone; else the share of its optimum that may be lost for the
             smallest margin, as `irl.baselines.linear_programming.lp` has it.
 
@@ -61,15 +62,13 @@ def lp_basis(
     policy = checked_policy(model, policy)
     check_range("gamma", gamma, 0, 1, open_high=True)
     check_range("slack", slack, 0, 1)
-    valued = policy
-    if elsewhere is not None:
-        valued = np.where(
-            policy[:, None] >= 0, np.arange(model.n_actions) == policy[:, None], elsewhere
-        )
+    valued = completed(model, policy, elsewhere)
     f = entry_values(transition_matrix(model, valued), phi, gamma)
-    sampled = np.full(model.n_states, -1, dtype=np.int64)
-    inside = slice(None) if states is None else states
-    sampled[inside] = policy[inside]
+    sampled = policy
+    if states is not None:
+        inside = integers(states, "states", below=model.n_states)
+        sampled = np.full(model.n_states, -1, dtype=np.int64)
+        sampled[inside] = policy[inside]
     lead, state = leads(model, sampled)
     lead = lead @ f
     if state.size == 0:

@@ -31,7 +31,7 @@ class SparseConfig(AscentConfig):
     """What a reward costs, and when the ascent ends."""
 
     tolerance: Annotated[float, Limits(0)] = 1e-5
-    max_iterations: Annotated[int, Limits(0)] = 300
+    max_iterations: Annotated[int, Limits(0, 1_000_000_000)] = 300
     sparsity: Annotated[float, Limits(0, 1)] = 0.05
     """Price of Σ |ω| as a share of the price above which ω = 0 would be best, from 0, which is
     free, to 1. Flawless demonstrations have no likeliest ω without a price."""

@@ -3,7 +3,7 @@ from typing import Annotated
 
 import pytest
 
-from irl.choices import Limits, Settings, check_choice, check_range
+from irl.choices import Limits, Members, Settings, check_choice, check_range
 from irl.errors import InputError, first_line
 
 
@@ -65,3 +65,25 @@ def test_a_field_told_anew_has_its_new_limits():
     assert Further(rate=7.0).rate == 7
     with pytest.raises(InputError, match="rate"):
         Further(rate=-7.0)
+
+
+@dataclass(frozen=True)
+class Lists(Settings):
+    seeds: Annotated[tuple[int, ...], Limits(0, some=True)] = (0, 1)
+    names: Annotated[tuple[str, ...], Members(("a", "b"))] = ("a",)
+    widths: Annotated[tuple[int, ...], Limits(1)] = (32, 32)  # may be alike
+
+
+@pytest.mark.parametrize(
+    ("field", "values", "words"),
+    [
+        ("seeds", (3, 1, 3), "3 is given twice"),
+        ("names", ("b", "b"), "b is given twice"),
+        ("seeds", (), "at least one value is needed"),
+        ("seeds", 5, "several values wanted, is 5"),
+        ("names", "a", "several values wanted, is 'a'"),
+    ],
+)
+def test_what_is_to_be_compared_is_there_and_each_once(field, values, words):
+    with pytest.raises(InputError, match=f"^{field}: {words}$"):
+        Lists(**{field: values})

@@ -12,7 +12,7 @@ gymnasium = pytest.importorskip("gymnasium")
 
 GAMMA = 0.99
 SLOW = ("max_ent", "deep_max_ent", "linear_mlirl", "bellman_gradient", "birl")
-QUICK = ("planning", "lp", "fa_mlirl")
+QUICK = ("planning", "lp", "lp_basis", "fa_mlirl")
 
 
 @pytest.fixture(scope="module")
@@ -88,3 +88,16 @@ def test_no_sum_of_margins_is_bought_with_the_demonstrated_action_of_the_first_s
         learnt = learn(name, world.model, shown, np.eye(n), gamma=GAMMA, rng=rng)
         best = success(world, goal, Q)
         assert success(world, goal, learnt.q) >= best - 0.02, (seed, learnt.note)
+
+
+@pytest.mark.parametrize("name", ["lp", "lp_advice", "lp_basis"])
+def test_a_run_does_not_end_where_nothing_was_demonstrated(name):
+    # CliffWalking, every move at the same cost: 13 moves along the cliff are the shortest way. A
+    # reward that is explained by runs that end a row above, where nobody was, makes them 15.
+    env = gymnasium.make("CliffWalking-v1")
+    world = from_gymnasium(env)
+    n = world.model.n_states
+    way = [(36, 0), *((s, 1) for s in range(24, 35)), (35, 2)]
+    given = {"gamma": GAMMA, "rng": np.random.default_rng(0)}
+    learnt = learn(name, world.model, Demonstrations.from_pairs(way), np.eye(n), **given)
+    assert play(env, learnt.q.argmax(axis=1), seed=0, episodes=1, max_steps=50).returns == [-13]

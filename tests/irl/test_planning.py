@@ -258,3 +258,14 @@ def test_a_reward_that_does_not_fit_is_refused(chain):
     reward[1, 0] = np.nan
     with pytest.raises(InputError, match="is nan in state 1 for action 0"):
         pair_rewards(chain, reward)
+
+
+@pytest.mark.parametrize(("reward", "gamma"), [(1e300, 1 - 1e-6), (1e308, 0.9), (-1e308, 0.5)])
+def test_rewards_whose_values_no_float_holds_are_refused(chain, reward, gamma):
+    with pytest.raises(InputError, match=r"^state_reward: too large for γ = .*: values overflow"):
+        value_iteration(chain, np.full(chain.n_states, reward), gamma)
+
+
+def test_rewards_that_overflow_together_are_refused(chain):
+    with pytest.raises(InputError, match="values overflow"):
+        value_iteration(chain, np.full(chain.n_states, 1e308), 0.5, pair_reward=1e308)

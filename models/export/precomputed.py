@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from models.arrays import Array, finite_vector
 from models.errors import ModelError
 from models.export.trajectories import JOINT_NAMES, JOINT_SPEEDS, STEP, Motion
+from models.texts import read_text
 
 POSITION_LIMITS = np.array([np.inf, 128.9, np.inf, 147.8, np.inf, 120.3, np.inf])
 """Of each joint to either side [deg]; infinite where it turns without end. Gen3 user guide."""
@@ -56,14 +57,7 @@ def require_precomputed(path: Path | str, start: ArrayLike | None = None) -> Non
     Raises:
         ModelError: naming the file, the line, the joint and what is valid there.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ModelError(f"{path}: {error.strerror}; valid: a file that can be read") from error
-    except UnicodeDecodeError as error:
-        raise ModelError(f"{path}: no text in UTF-8") from error
-    require_precomputed_text(text, str(path), start)
+    require_precomputed_text(read_text(path, "a trajectory in CSV"), str(path), start)
 
 
 def require_precomputed_text(text: str, name: str, start: ArrayLike | None = None) -> None:

@@ -19,6 +19,7 @@ from models.scenes.parsing import description_hash
 from models.scenes.planning_scene import Clearance
 from models.scenes.robots import GEN3_LITE
 from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS
+from models.texts import read_text
 
 JOINTS = tuple(f"q{i}" for i in range(1, 7))
 COLUMNS = (
@@ -43,10 +44,7 @@ def read_map(path: Path) -> list[Entry]:
     Raises:
         ModelError: if the file is missing, malformed, or made from other model files.
     """
-    try:
-        title, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
-    except (OSError, UnicodeDecodeError) as error:
-        raise ModelError(f"{path}: cannot be read ({error}); valid: a reachability map") from None
+    title, *lines = read_text(path, "a reachability map").splitlines() or [""]
     if title.split(", ")[::2] != _title(0).split(", ")[::2]:
         raise ModelError(f"{path}, line 1: valid: '{_title(0)}', any seed - build the map again")
     rows = list(csv.reader(lines))

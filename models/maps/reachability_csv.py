@@ -22,6 +22,7 @@ from models.maps.reachability import ReachabilityMap
 from models.scenes.parsing import description_hash
 from models.scenes.planning_scene import Clearance
 from models.task.spaces import GRIPPER_ANGLES, N_GRIPPERS
+from models.texts import read_text
 
 T = TypeVar("T")
 
@@ -49,10 +50,7 @@ def read_map(path: Path) -> ReachabilityMap:
     Raises:
         ModelError: if the file is missing, malformed, or made from other model files.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ModelError(f"{path}: cannot be read ({error}); valid: a reachability map") from None
+    lines = read_text(path, "a reachability map").splitlines()
     seed = _check_title(path, lines[0] if lines else "")
     rows = list(csv.reader(lines[1:]))
     if not rows or tuple(rows[0]) != COLUMNS:

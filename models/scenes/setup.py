@@ -23,6 +23,7 @@ from pydrake.math import RigidTransform
 from models.arrays import finite_number
 from models.errors import ModelError
 from models.scenes.inputs import finite_pose
+from models.texts import read_text
 
 SHAPES: dict[str, tuple[Callable[..., Shape], tuple[str, ...]]] = {
     "box": (Box, ("length in x", "in y", "in z")),
@@ -109,8 +110,8 @@ def read_setup(path: str | Path) -> Setup:
         ModelError: if the file cannot be read or is no YAML, or a field is unknown or of another
             type.
     """
+    text = read_text(path, "a setup in YAML")
     try:
-        text = Path(path).read_text(encoding="utf-8")
         every = yaml_load(data=text)
     except Exception as error:  # of many kinds
         raise ModelError(f"{path}: {' '.join(str(error).split())}") from None

@@ -39,7 +39,7 @@ def here():
 
 def test_other_processes_hash_seeds_locales_and_orders_give_the_same_bits(here):
     assert decided(OTHER_PYTHON, "methods", "active") == here
-    assert len(here) == 13
+    assert len(here) == 14
 
 
 def test_other_processors_and_threads_give_the_same_bits_but_of_networks(here):

@@ -29,7 +29,7 @@ def test_command_times_every_method_on_every_grid(tmp_path, command):
         assert row["skipped"] == {}
     assert [row["horizon"] for row in result["rows"]] == [4, 4]
     assert {name for name, unit in result["unit"].items() if unit == "solve"} == {
-        "lp", "lp_advice", "lp_basis",
+        "goal_posterior", "lp", "lp_advice", "lp_basis",
     }  # fmt: skip
     assert [row["states"] for row in result["published"]["rows"]] == list(PUBLISHED_STATES)
     assert result["setting"]["threads"] == 1

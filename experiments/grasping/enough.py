@@ -5,22 +5,27 @@ right if its policy reaches the goal from the free states with 0.99 and its choi
 the demonstrator's in 0.90 of the states.
 """
 
+import os
+import time
 from dataclasses import dataclass, field
+from itertools import count, islice
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from experiments.grasping.costs import LEFT_OUT
-from experiments.grasping.hidden_rewards import with_noise
+from experiments.grasping.hidden_rewards import is_nameless, with_noise
 from experiments.grasping.lessons import Setting, asked, shared_setting, shown_runs
 from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS, run_jobs, start_workers
 from experiments.kit.kept_rows import KeptRows
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.choices import Limits, Settings
-from irl.posterior.enough import EnoughRule, claim
+from irl.demonstrations import Demonstrations
+from irl.posterior.enough import LEARNT, REACHES, EnoughRule, claim
 
+NAMES = ("named", "nameless")
 RIGHT_SUCCESS, RIGHT_ACCURACY = 0.99, 0.90
 
 
@@ -32,8 +37,11 @@ class Enough(Settings):
     """The folder of the task data."""
     lessons: Annotated[int, Limits(1, 100_000)] = 200
     """How many lessons there are, each about another hidden reward."""
-    questions: Annotated[int, Limits(1, 1000)] = 20
-    """How many questions may be asked at most: the fixed budget that is compared with."""
+    questions: Annotated[int, Limits(1, 1000)] = 36
+    """How many questions may be asked at most, the audit's included: the fixed budget that is
+    compared with."""
+    about: Literal["all", "named", "nameless"] = "all"
+    """Of which rewards: two of twenty have a cost without a name."""
     noise: Annotated[float, Limits(0, 1)] = 0.0
     """The share of wrong labels."""
     workers: Annotated[int, Limits(1, MOST_WORKERS)] = 2
@@ -48,42 +56,49 @@ class Enough(Settings):
 
 def one_lesson(folder: str, seed: int, questions: int, noise: float, number: int) -> dict[str, Any]:
     """Ask until it is enough; what the learner said then, and what was true."""
+    began = time.process_time()
     setting = shared_setting(folder, seed, questions)
     reward = with_noise(setting.reward(number), noise)
     rng = np.random.default_rng([seed, number, 7])
-    shown, enough = shown_runs(setting, reward, 1, rng), EnoughRule()
-    for answers, learner in enumerate(asked(setting, reward, shown, rng, lambda it, _: enough(it))):
+    shown, rule = shown_runs(setting, reward, 1, rng), EnoughRule()
+    for answers, learner in enumerate(asked(setting, reward, shown, rng, rule)):
         last = learner, answers
     learner, answers = last
-    stopped = enough(learner) if answers == questions else True
-    true = setting.judged(reward, learner.q, learner.shown)
-    predicted = learner.predicted
+    said, predicted = claim(learner), learner.predicted
+    given = Demonstrations.concatenate([learner.shown, learner.held_out])
+    true = setting.judged(reward, learner.q, given)
     return {
         **reward.told,
         **true,
         "answers": answers,
-        "stopped": stopped,
-        "claim": claim(learner),
+        "audited": len(learner.audit.passed),
+        "mistaken": learner.mistaken,
+        "stopped": said == LEARNT,
+        "claim": said,
         "predicted_success": predicted.success,
         "predicted_accuracy": predicted.accuracy,
         "unexplained": learner.unexplained,
         "right": true["success_mdp"] >= RIGHT_SUCCESS
         and true["accuracy_optimal_all"] >= RIGHT_ACCURACY,
+        "seconds": time.process_time() - began,
     }
 
 
 def run_enough(config: Enough, output: Output) -> dict[str, Any]:
     """Give every lesson that is still missing, and count."""
     setting = Setting(config.task, config.seed, config.questions)
+    os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
     identity = {
         "task": setting.task.task_hash,
         "seed": config.seed,
         "questions": config.questions,
         "noise": config.noise,
     }
+    some = (k for k in count() if config.about in ("all", NAMES[is_nameless(k)]))
+    numbers = list(islice(some, config.lessons))
     kept = KeptRows(output, identity)
     done = {row["reward"]: row for row in kept.rows}
-    missing = iter([k for k in range(config.lessons) if k not in done])
+    missing = iter([k for k in numbers if k not in done])
     arguments = (str(config.task), config.seed, config.questions, config.noise)
     with start_workers(config.workers, config.cluster) as workers:
         for number, row in run_jobs(
@@ -93,8 +108,12 @@ def run_enough(config: Enough, output: Output) -> dict[str, Any]:
         ):
             kept.add(row)
             done[number] = row
-    rows = [done[k] for k in range(config.lessons)]
-    result = counted(rows, config.questions)
+    rows = [done[k] for k in numbers]
+    result = {"seconds": [row.pop("seconds") for row in rows]} | counted(rows, config.questions)
+    print(
+        f"a lesson took {np.mean(result['seconds']):.1f} s of one core on average, at most "
+        f"{max(result['seconds']):.1f} s"
+    )
     kept.forget()
     return result
 
@@ -115,11 +134,13 @@ def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
         told[f"{group}right_share"] = (
             sum(row["right"] for row in ended) / len(ended) if ended else None
         )
+        told[f"{group}reaches"] = sum(row["claim"] == REACHES for row in some)
         told[f"{group}labels_mean"] = float(np.mean([row["labels"] for row in some]))
         print(
             f"{group.strip('_') or 'all':10}{len(some):5d} lessons, {len(ended)} stopped at "
             f"{told[f'{group}labels_mean']:.1f} labels on average, "
-            f"{sum(row['right'] for row in ended)} of them right"
+            f"{sum(row['right'] for row in ended)} of them right; "
+            f"{told[f'{group}reaches']} only reach the goal"
         )
     told["answers_saved"] = float(np.mean([questions - row["answers"] for row in rows]))
     return told

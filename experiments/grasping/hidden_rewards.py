@@ -130,11 +130,16 @@ def draw(task: TaskData, numbers: Iterable[int], seed: int) -> list[HiddenReward
     return [_reward(task, named, number, seed) for number in numbers]
 
 
+def is_nameless(number: int) -> bool:
+    """Whether a reward has a cost without a name."""
+    return number % OFTEN in (7, 19)
+
+
 def _reward(task: TaskData, named: dict[str, np.ndarray], number: int, seed: int) -> HiddenReward:
     rng = np.random.default_rng([seed, number])
     place = number % OFTEN
     kind = "region" if place < 8 else "held" if place < 12 else "free"
-    sizes = _sizes(rng, nameless=place in (7, 19))
+    sizes = _sizes(rng, nameless=is_nameless(number))
     plainly = np.full(task.model.n_pairs, ACTION_COST)
     pair_cost = plainly + sum(size * named[name] for name, size in sizes.items())
     while True:

@@ -1,6 +1,6 @@
 """One lesson about a hidden reward: what a learner is shown, what it asks, and how good it gets."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from irl.methods import learn
 from irl.metrics import HORIZON, accuracy_on_unseen
 from irl.planning import policy_success
 from irl.policy import Policy
+from irl.posterior.enough import EnoughRule
 from irl.posterior.learner import GoalLearner
 from irl.problem import LearningProblem
 from irl.task_data import TaskData
@@ -105,29 +106,67 @@ def shown_runs(
     return runs
 
 
+@dataclass
+class FixedNumber:
+    """Ends a lesson after as many answers; the learner learns from each.
+
+    Attributes:
+        left: answers still to come.
+    """
+
+    left: int
+
+    def __call__(self, learner: GoalLearner) -> bool:
+        """Whether the lesson is over."""
+        return self.left == 0
+
+    def question(self, learner: GoalLearner) -> int:
+        """The state to ask about next."""
+        return learner.question()
+
+    def proposal(self, learner: GoalLearner, state: int) -> None:
+        """There is no audit."""
+
+    def take(self, learner: GoalLearner, answer: Demonstrations) -> None:
+        """Give the learner the answer."""
+        self.left -= 1
+        learner.learn(Demonstrations.concatenate([learner.shown, answer]), rounds=1)
+
+
 def asked(
     setting: Setting,
     reward: HiddenReward,
     shown: Demonstrations,
     rng: np.random.Generator,
-    enough: Callable[[GoalLearner, int], bool],
+    rule: EnoughRule | FixedNumber,
 ) -> Iterator[GoalLearner]:
-    """A learner after its runs, and after each answer, until it has enough after so many.
+    """A learner after its runs, and after each answer, until it has enough by a rule.
 
-    An answer is what the demonstrator would do in that state, or that there is nothing to do.
+    An answer is what the demonstrator would do in that state, or that there is nothing to do. In an
+    audit it is what the learner would do, if that is as good.
     """
     learner = GoalLearner(setting.problem, rng=rng)
     learner.learn(shown)
     yield learner
     for k in range(setting.questions):
-        if enough(learner, k):
+        if rule(learner):
             return
-        state, number = learner.question(), len(shown.ends) + 1000 + k
+        state, number = rule.question(learner), len(shown.ends) + 1000 + k
         done = bool(reward.oracle.terminal[state])
-        pairs = [] if done else [(state, reward.oracle.label(state, rng))]
+        pairs = (
+            [] if done else [(state, will_do(reward, state, rule.proposal(learner, state), rng))]
+        )
         answer = Demonstrations.from_pairs(pairs, number, "human", state if done else None)
-        learner.learn(Demonstrations.concatenate([learner.shown, answer]), rounds=1)
+        rule.take(learner, answer)
         yield learner
+
+
+def will_do(
+    reward: HiddenReward, state: int, proposed: int | None, rng: np.random.Generator
+) -> int:
+    """The demonstrator's action; the proposed one, if both are right."""
+    said, right = reward.oracle.label(state, rng), reward.oracle.optimal_actions[state]
+    return proposed if proposed is not None and right[said] and right[proposed] else said
 
 
 def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[str, Any]]:
@@ -138,7 +177,7 @@ def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[
     rows = []
     if name.startswith("goal_posterior"):
         asks = setting.questions if name == "goal_posterior" else 0
-        for k, learner in enumerate(asked(setting, reward, shown, rng, lambda _, k: k >= asks)):
+        for k, learner in enumerate(asked(setting, reward, shown, rng, FixedNumber(asks))):
             if k in (0, setting.questions // 2, setting.questions):
                 predicted = learner.predicted
                 rows.append(

@@ -2,8 +2,9 @@
 
 A hypothesis is a goal, a state or a region, and a size for each named cost. In reading order:
 `plans` plans for many at once, `goals` proposes, `evidence` weighs what was shown, `belief` seeks
-hypotheses and keeps them, `predictions` says what follows, `questions` what to ask, `learner` does
-all that in turn, and `enough` says when to stop. `experiments/grasping.md` tells more.
+hypotheses and keeps them, `predictions` says what follows, `questions` what to ask, `audit` what
+answers held out said of the predictions, `learner` does all that in turn, and `enough` says when to
+stop. `experiments/grasping.md` tells more.
 """
 
 from irl.posterior.enough import EnoughRule, claim

@@ -1,29 +1,30 @@
 """When a learner has been taught enough: a rule that stops asking, and what it may claim.
 
-Enough is predicted success of 0.99 and predicted accuracy of 0.95 at two checks in a row, while
-runs end where the learner's plans do. Predictions hold if the truth is among the hypotheses. Two
-things are looked at because they need no such faith: where runs ended, and how many labels none of
-the hypotheses explains but as a slip. A cost that has no name may escape both.
+First its own predictions must be good enough at two checks in a row, success of 0.99 and accuracy
+of 0.95, while runs end where the learner's plans do. Predictions hold if the truth is among the
+hypotheses, and a cost that has no name is not. So an audit follows, which needs no such faith:
+`irl.posterior.audit`. It decides whether the learner may say that it knows how things are liked. If
+it contradicts, the learner goes on asking, and another audit follows.
 """
 
 from dataclasses import dataclass, field
 
+from irl.demonstrations import Demonstrations
 from irl.posterior.learner import AGREE, GoalLearner
 
 SUCCESS, ACCURACY = 0.99, 0.95
-"""Predictions that are enough."""
-UNEXPLAINED = 0.15
-"""Share of labels taken for slips above which a learner does not claim to know how it is done."""
+"""Predictions that are enough for an audit."""
 _IN_A_ROW = 2
 
 LEARNT = "it reaches the goal, the way you like it"
+UNTRIED = "it reaches the goal; I think I know how you like it done, and was not put to the test"
 REACHES = "it reaches the goal; how you like it done I have not understood"
 UNSURE = "I am not sure of the goal yet"
 
 
 @dataclass
 class EnoughRule:
-    """Watches one learner.
+    """Leads one lesson: whether it is over, what to ask next, and what an answer is for.
 
     Attributes:
         passed: checks in a row that were passed.
@@ -32,16 +33,48 @@ class EnoughRule:
     passed: int = field(default=0, init=False)
 
     def __call__(self, learner: GoalLearner) -> bool:
-        """Check once, after a lesson's new label; True when it is enough."""
-        self.passed = self.passed + 1 if claim(learner) == LEARNT else 0
-        return self.passed >= _IN_A_ROW
+        """Check once, after an answer; True when it is enough."""
+        self.passed = self.passed + 1 if confident(learner) else 0
+        return claim(learner) == LEARNT
+
+    def question(self, learner: GoalLearner) -> int:
+        """The state to ask about: where it tells most, or for the audit by chance."""
+        return learner.audit_question() if self._audits(learner) else learner.question()
+
+    def take(self, learner: GoalLearner, answer: Demonstrations) -> None:
+        """Give the learner the answer to the question: to learn from, or for the audit."""
+        if not self._audits(learner):
+            learner.learn(Demonstrations.concatenate([learner.shown, answer]), rounds=1)
+            return
+        before = learner.mistaken
+        learner.compare(answer)
+        if learner.mistaken > before:
+            self.passed = 0
+
+    def proposal(self, learner: GoalLearner, state: int) -> int | None:
+        """In an audit what the learner would do in the state, to be let pass or corrected."""
+        return learner.proposal(state) if self._audits(learner) else None
+
+    def _audits(self, learner: GoalLearner) -> bool:
+        return self.passed >= _IN_A_ROW and not learner.audit.confirmed
+
+
+def confident(learner: GoalLearner) -> bool:
+    """Whether a learner's own predictions are good enough."""
+    return _reaches(learner) and learner.predicted.accuracy >= ACCURACY
 
 
 def claim(learner: GoalLearner) -> str:
-    """What a learner may say of itself: ``LEARNT``, ``REACHES`` or ``UNSURE``."""
-    predicted = learner.predicted
-    if predicted.success < SUCCESS or learner.ends_agree < AGREE:
+    """What a learner may say of itself: ``LEARNT``, ``UNTRIED``, ``REACHES`` or ``UNSURE``.
+
+    Once an audit has contradicted, only one that confirms makes good for it.
+    """
+    if not _reaches(learner):
         return UNSURE
-    if predicted.accuracy < ACCURACY or learner.unexplained > UNEXPLAINED:
+    if not confident(learner) or (learner.mistaken and not learner.audit.confirmed):
         return REACHES
-    return LEARNT
+    return LEARNT if learner.audit.confirmed else UNTRIED
+
+
+def _reaches(learner: GoalLearner) -> bool:
+    return learner.predicted.success >= SUCCESS and learner.ends_agree >= AGREE

@@ -1,6 +1,7 @@
 """The learner: proposals from what was shown, a belief, a question, and the policy that follows."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -11,6 +12,7 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.method_inputs import walk_ends, walks
 from irl.policy import Policy
+from irl.posterior.audit import LATER, Audit
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import EPSILONS
 from irl.posterior.goals import propose
@@ -24,6 +26,7 @@ SURPRISE = "surprise"
 AGREE = 0.05
 """Least probability of ending where a demonstration did, below which the goal is not found."""
 _MOST_ENDS, _MOST_REWARDED = 8, 6  # states that goals are proposed around
+_JUDGED = 2000  # states that predicted accuracy is taken over, at most
 _PAYS = 0.1  # share of the largest reward below which a state is not proposed
 
 
@@ -44,6 +47,9 @@ class GoalLearner:
         problem: what is known beforehand; its ``costs`` and ``factors`` shape the hypotheses.
         shown: all demonstrations so far.
         belief: what is believed after them.
+        held_out: answers of the audit, from which nothing was learnt yet.
+        audit: what they said of the predictions.
+        mistaken: audits that contradicted.
     """
 
     def __init__(
@@ -68,7 +74,8 @@ class GoalLearner:
         table = np.column_stack([*kept.values(), np.ones(model.n_pairs)])
         plans = HardPlans(model, problem.gamma, table, problem.fixed_vr)
         self.belief = Belief(plans, list(kept), self._config.step_cost)
-        self.shown = Demonstrations.empty()
+        self.shown = self.held_out = Demonstrations.empty()
+        self.audit, self.mistaken = Audit(), 0
 
     def learn(self, shown: Demonstrations, rounds: int | None = None) -> None:
         """Take up all demonstrations there are, in place of the former, and seek hypotheses.
@@ -83,6 +90,8 @@ class GoalLearner:
         if not len(shown) and not len(shown.ends):
             raise InputError("at least one pair, or one run's end, wanted", place="demonstrations")
         shown.check(self.problem.model, "demonstrations")
+        for name in ("action", "predicted", "ends_agree"):
+            self.__dict__.pop(name, None)
         known, self.shown = set(self.shown.ends[:, 2].tolist()), shown
         self.belief.observe(shown)
         if not self.belief.goals or known != set(shown.ends[:, 2].tolist()):
@@ -120,15 +129,21 @@ class GoalLearner:
         chosen, weight = self.belief.likely()
         return self.belief.members(self.belief.goal[chosen]) @ weight + plans.value
 
-    @property
+    @cached_property
+    def action(self) -> np.ndarray:
+        """The policy: the best action by the mean values, int64 ``[n_states]``; −1 for none."""
+        return Policy.from_q(self.q, self.problem.model.mask).action
+
+    @cached_property
     def predicted(self) -> Predicted:
         """How well the policy is going to do, if the truth is among the hypotheses."""
-        action = Policy.from_q(self.q, self.problem.model.mask).action
-        judged = self._candidates
+        judged, action = self._candidates, self.action
         judged = judged[action[judged] >= 0]
+        if judged.size > _JUDGED:
+            judged = np.random.default_rng(0).choice(judged, _JUDGED, replace=False)
         return predict(self.belief, action, self.problem.start_states, judged)
 
-    @property
+    @cached_property
     def ends_agree(self) -> float:
         """The least probability, over runs whose end is known, that its plan ends there too."""
         shown = self.shown
@@ -154,3 +169,44 @@ class GoalLearner:
         """The state to ask about next: not one that was labelled or where a run ended."""
         but = np.union1d(self.shown.state, self.shown.ends[:, 2])
         return most_telling(self.belief, self._candidates, self._rng, but)
+
+    def audit_question(self) -> int:
+        """The next state of the audit: drawn by chance, or one whose answer was a surprise, again.
+
+        Not one that was labelled or where a run ended.
+        """
+        if self.audit.again is not None:
+            return self.audit.again
+        but = np.union1d(self.shown.state, self.shown.ends[:, 2])
+        left = np.setdiff1d(self._candidates, np.union1d(but, list(self.audit.passed)))
+        return int(self._rng.choice(left))
+
+    def proposal(self, state: int) -> int | None:
+        """What the learner would do in a state; None if it takes it for a goal."""
+        chosen, weight = self.belief.likely()
+        if self.belief.members(self.belief.goal[chosen])[state] @ weight > 1 / 2:
+            return None
+        return int(self.action[state])
+
+    def compare(self, answer: Demonstrations) -> None:
+        """Take up the answer to a proposal in the audit: what will do there.
+
+        That is the proposal itself if it will. It is held out until the audit is over. Then all its
+        answers are learnt from. If it contradicted, hypotheses are sought as long as after the
+        first run, and another is to begin.
+
+        Args:
+            answer: one label, or that a run ended there.
+        """
+        self.held_out = Demonstrations.concatenate([self.held_out, answer])
+        for state, action in answer.pairs:
+            self.audit.compare(state, self.proposal(state) == action)
+        for state in answer.ends[:, 2].tolist():
+            self.audit.compare(state, self.proposal(state) is None)
+        if self.audit.contradicted:
+            self.audit, self.mistaken = Audit(LATER), self.mistaken + 1
+        elif not self.audit.confirmed:
+            return
+        held_out, self.held_out = self.held_out, Demonstrations.empty()
+        rounds = 1 if self.audit.confirmed else None
+        self.learn(Demonstrations.concatenate([self.shown, held_out]), rounds)

@@ -9,13 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irl.groups import Groups
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix
 from irl.posterior.belief import Belief
 
 HORIZON = 20
 """Actions within which a run is to end."""
-_ALIKE = 0.005  # actions whose values differ by less are equally good; half an action's cost
+ALIKE = 0.005
+"""Actions whose values differ by less are equally good; half an action's cost."""
 _CHUNK = 8
 
 
@@ -28,16 +30,26 @@ def action_values(belief: Belief) -> np.ndarray:
     return belief.plans.model.table(q[:, 0])
 
 
-def votes(belief: Belief) -> np.ndarray:
-    """Probability that each action is as good as the best; ``[n_states, n_actions]``."""
+def votes(belief: Belief, states: np.ndarray, action: np.ndarray) -> np.ndarray:
+    """Probability that an action is as good as the best of its state; float64 ``[n]``.
+
+    Args:
+        belief: what is believed.
+        states: distinct states where something can be done, int64 ``[n]``.
+        action: a feasible one of each, ``[n]``.
+    """
     model = belief.plans.model
     chosen, weight = belief.likely()
-    total = np.zeros(model.n_pairs)
+    groups = Groups.of_widths(model.widths[states])
+    within = np.arange(groups.size) - groups.spread(groups.first)
+    pairs = groups.spread(model.first_pair[states]) + within
+    place = groups.first + model.pair_index(states, action) - model.first_pair[states]
+    total = np.zeros(states.size)
     for k in range(0, chosen.size, _CHUNK):
-        q = belief.values_of(chosen[k : k + _CHUNK])
-        short = np.maximum.reduceat(q, model.groups.first)[model.groups.segment] - q
-        total += (short <= _ALIKE) @ weight[k : k + _CHUNK]
-    return model.table(total)
+        q = belief.values_of(chosen[k : k + _CHUNK], pairs)
+        short = np.maximum.reduceat(q, groups.first) - q[place]
+        total += (short <= ALIKE) @ weight[k : k + _CHUNK]
+    return total
 
 
 @dataclass(frozen=True)
@@ -72,7 +84,7 @@ def predict(
     for _ in range(HORIZON):
         reached = np.where(member, 1.0, P @ reached)
     success = float(reached[starts].mean(axis=0) @ weight)
-    good = votes(belief)[judged, action[judged]]
+    good = votes(belief, judged, action[judged])
     # A goal's own state has nothing to be right about.
     outside = ~member[judged] @ weight
     accuracy = float((good * outside).sum() / max(outside.sum(), 1e-12))
@@ -99,7 +111,7 @@ def ends_agree(belief: Belief, model: TransitionModel, runs: Sequence[tuple[int,
         member = belief.goals[belief.goal[k]].member
         q = belief.values_of(np.array([k]))[:, 0]
         short = model.groups.spread(model.groups.maximum(q)) - q
-        even = model.table(short <= _ALIKE, fill=False)
+        even = model.table(short <= ALIKE, fill=False)
         even[member] = False
         P = transition_matrix(model, even / np.maximum(even.sum(axis=1, keepdims=True), 1))
         at = np.zeros((len(runs), model.n_states))

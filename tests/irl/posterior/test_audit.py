@@ -1,0 +1,137 @@
+"""Trials held out: does a learner notice that what it is shown has a reason without a name?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from irl.collection import demonstrate_to_the_end
+from irl.demonstrations import Demonstrations
+from irl.demonstrators import OracleDemonstrator
+from irl.domains.gridworld import GridWorld
+from irl.posterior.audit import FIRST, LATER, Audit
+from irl.posterior.enough import LEARNT, REACHES, UNTRIED, EnoughRule, claim
+from irl.posterior.learner import GoalConfig, GoalLearner
+from irl.posterior.predictions import votes
+from irl.problem import LearningProblem
+
+N = 9
+ROW, COLUMN = np.divmod(np.arange(N * N), N)
+MODEL = GridWorld(N, (0, 0)).model
+MUD = MODEL.P @ ((ROW % 2 == 1) & (COLUMN > 0)).astype(float)
+GOAL = np.array([60])
+
+
+def lesson(named, seed=0, most=30):
+    """A lesson by the rule, about somebody who minds mud; the learner knows of mud if ``named``."""
+    rng = np.random.default_rng(seed)
+    oracle = OracleDemonstrator(
+        MODEL,
+        GOAL,
+        gamma=0.95,
+        action_cost=0.01 + 0.3 * MUD,
+        tolerance=0.005,
+    )
+    problem = LearningProblem(MODEL, gamma=0.95, costs={"mud": MUD} if named else {})
+    learner = GoalLearner(problem, rng=rng, config=GoalConfig(rounds=2))
+    learner.learn(demonstrate_to_the_end(oracle, [8], rng))
+    rule, asked = EnoughRule(), []
+    for k in range(most):
+        if rule(learner):
+            break
+        state = rule.question(learner)
+        asked.append(state)
+        done = oracle.terminal[state]
+        proposed = rule.proposal(learner, state)
+        will_do = proposed is not None and oracle.optimal_actions[state, proposed]
+        pairs = [] if done else [(state, proposed if will_do else oracle.label(state, rng))]
+        answer = Demonstrations.from_pairs(pairs, 10 + k, end=state if done else None)
+        rule.take(learner, answer)
+    return learner, oracle, asked
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_cost_with_a_name_is_learnt_and_one_without_is_not_claimed_to_be(seed):
+    learner, oracle, asked = lesson(named=True, seed=seed)
+    assert claim(learner) == LEARNT
+    right = oracle.optimal_actions[np.arange(N * N), learner.q.argmax(axis=1)]
+    assert right[~oracle.terminal].mean() >= 0.95
+    assert len(asked) == len(set(asked)) < 30
+    assert claim(lesson(named=False, seed=seed)[0]) == REACHES
+
+
+def test_answers_are_learnt_from_only_when_the_audit_is_over():
+    learner, _, _ = lesson(named=True, most=0)
+    labels = len(learner.shown)
+    before = learner.q.tobytes()
+    for k in range(FIRST):
+        assert learner.q.tobytes() == before
+        assert claim(learner) != LEARNT
+        assert len(learner.held_out) == k
+        state = learner.audit_question()
+        assert state not in learner.shown.state
+        action = learner.proposal(state)
+        assert action == learner.q[state].argmax()
+        learner.compare(Demonstrations.from_pairs([(state, action)], 20 + k))
+    assert learner.audit.confirmed
+    assert len(learner.shown) == labels + FIRST
+    assert not len(learner.held_out)
+
+
+def test_an_action_is_right_as_often_as_the_hypotheses_say():
+    learner, _, _ = lesson(named=True, most=3)
+    chosen, weight = learner.belief.likely()
+    states = np.array([8, 0, 40])
+    q = [MODEL.table(learner.belief.values_of(chosen[[k]])[:, 0]) for k in range(chosen.size)]
+    for action in range(4):
+        there = states[MODEL.mask[states, action]]
+        short = np.array([table[there].max(axis=1) - table[there, action] for table in q])
+        expected = weight @ (short <= 0.005)
+        each = votes(learner.belief, there, np.full(there.size, action))
+        np.testing.assert_allclose(each, expected)
+    assert learner.proposal(60) is None
+
+
+def audited(*passed):
+    audit = Audit()
+    for state, given in enumerate(passed):
+        for answer in given:
+            audit.compare(state, answer)
+    return audit
+
+
+def test_what_was_corrected_is_asked_for_again():
+    slip = audited(*[[True]] * (FIRST - 1), [False])
+    assert slip.again == FIRST - 1
+    assert not slip.confirmed
+    slip.compare(FIRST - 1, True)
+    assert slip.again is None
+    assert slip.confirmed
+    assert not slip.contradicted
+
+
+def test_one_contradiction_is_enough_and_makes_the_next_audit_longer():
+    failed = audited(*[[True]] * LATER, [False, False])
+    assert failed.contradicted
+    assert not failed.confirmed
+    learner, _, _ = lesson(named=True, most=0)
+    state = learner.audit_question()
+    wrong = next(a for a in MODEL.actions_of(state) if a != learner.proposal(state))
+    answer = Demonstrations.from_pairs([(state, int(wrong))], 20)
+    learner.compare(answer)
+    assert learner.audit_question() == state
+    labels = len(learner.shown)
+    learner.compare(replace(answer, trajectory=answer.trajectory + 1))
+    assert (learner.mistaken, learner.audit) == (1, Audit(LATER))
+    assert len(learner.shown) == labels + 2
+
+
+def test_only_an_audit_that_confirms_makes_good_for_one_that_contradicted():
+    learner, _, _ = lesson(named=True)
+    assert claim(learner) == LEARNT
+    learner.audit = Audit()
+    assert claim(learner) == UNTRIED
+    learner.mistaken = 1
+    assert claim(learner) == REACHES
+    learner.audit = audited(*[[True]] * FIRST)
+    assert claim(learner) == LEARNT

@@ -166,20 +166,29 @@ class GoalLearner:
         return model.acting if candidates is None else np.intersect1d(candidates, model.acting)
 
     def question(self) -> int:
-        """The state to ask about next: not one that was labelled or where a run ended."""
-        but = np.union1d(self.shown.state, self.shown.ends[:, 2])
-        return most_telling(self.belief, self._candidates, self._rng, but)
+        """The state to ask about next: not one that was labelled or where a run ended.
+
+        Raises:
+            InputError: if there is none left.
+        """
+        return most_telling(self.belief, self._unasked, self._rng)
 
     def audit_question(self) -> int:
         """The next state of the audit: drawn by chance, or one whose answer was a surprise, again.
 
-        Not one that was labelled or where a run ended.
+        Raises:
+            InputError: as `question`.
         """
-        if self.audit.again is not None:
-            return self.audit.again
-        but = np.union1d(self.shown.state, self.shown.ends[:, 2])
-        left = np.setdiff1d(self._candidates, np.union1d(but, list(self.audit.passed)))
-        return int(self._rng.choice(left))
+        again = self.audit.again
+        return int(self._rng.choice(self._unasked)) if again is None else again
+
+    @property
+    def _unasked(self) -> np.ndarray:
+        given = Demonstrations.concatenate([self.shown, self.held_out])
+        left = np.setdiff1d(self._candidates, np.union1d(given.state, given.ends[:, 2]))
+        if not left.size:
+            raise InputError("every state that may be asked about was", place="candidates")
+        return left
 
     def proposal(self, state: int) -> int | None:
         """What the learner would do in a state; None if it takes it for a goal."""

@@ -36,12 +36,9 @@ def information_gain(belief: Belief, states: np.ndarray) -> np.ndarray:
     return of_mixture - of_each
 
 
-def most_telling(
-    belief: Belief, candidates: np.ndarray, rng: np.random.Generator, but: np.ndarray
-) -> int:
-    """The state to ask about, among states drawn from ``candidates``; none of ``but``."""
-    left = np.setdiff1d(candidates, but)
-    some = rng.choice(left, min(_CANDIDATES, left.size), replace=False)
+def most_telling(belief: Belief, states: np.ndarray, rng: np.random.Generator) -> int:
+    """The one of some states to ask about, or of as many of them as can be looked at."""
+    some = rng.choice(states, min(_CANDIDATES, states.size), replace=False)
     return int(some[information_gain(belief, some).argmax()])
 
 

@@ -38,6 +38,19 @@ def test_runs_end_at_the_goal_and_number_as_asked():
     shown.check(setting.task.model)
 
 
+def test_lessons_that_the_learner_ends(command, tmp_path):
+    options = ("--lessons", 1, "--questions", 1, "--about", "nameless", "--workers", 1)
+    done = command("grasping", "enough", *options, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "result.json").read_text())
+    (told,) = result["rows"]
+    assert (told["reward"], told["answers"], told["stopped"]) == (7, 1, False)
+    assert "tilt" in told["costs"]
+    assert (result["lessons"], result["nameless_stopped"]) == (1, 0)
+    assert len(result["seconds"]) == 1
+    assert "seconds" not in told
+
+
 def row(**changed):
     base = {
         "method": "m",

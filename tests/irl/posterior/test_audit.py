@@ -9,6 +9,7 @@ from irl.collection import demonstrate_to_the_end
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import GridWorld
+from irl.errors import InputError
 from irl.posterior.audit import FIRST, LATER, Audit
 from irl.posterior.enough import LEARNT, REACHES, UNTRIED, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
@@ -135,3 +136,16 @@ def test_only_an_audit_that_confirms_makes_good_for_one_that_contradicted():
     assert claim(learner) == REACHES
     learner.audit = audited(*[[True]] * FIRST)
     assert claim(learner) == LEARNT
+
+
+def test_when_all_was_asked_there_is_no_question():
+    learner, oracle, _ = lesson(named=True, most=0)
+    rng, acting = np.random.default_rng(0), np.setdiff1d(np.arange(N * N), GOAL)
+    pairs = [(int(s), oracle.label(int(s), rng)) for s in acting]
+    ended = Demonstrations.from_pairs([], 31, end=int(GOAL[0]))
+    learner.learn(
+        Demonstrations.concatenate([Demonstrations.from_pairs(pairs, 30), ended]), rounds=0
+    )
+    for ask in (learner.question, learner.audit_question):
+        with pytest.raises(InputError, match="candidates: every state"):
+            ask()

@@ -235,13 +235,15 @@ class Demonstrations:
     def ended_in(self, model: TransitionModel) -> np.ndarray:
         """The states that runs ended in; int64, ascending.
 
-        Where a run does not say, the likeliest that its last action led to, unless somebody acts
-        there.
+        Where a run does not say, the likeliest that its last action led to, unless somebody was
+        seen to act there.
         """
         last = self.last_of_runs & ~np.isin(self.trajectory, self.ends[:, 0])
         pair = model.pair_index(self.state[last], self.action[last])
         likeliest = np.asarray(model.P[pair].argmax(axis=1)).ravel() if pair.size else pair
-        return np.union1d(self.ends[:, 2], np.setdiff1d(likeliest, self.state)).astype(np.int64)
+        return np.union1d(
+            self.ends[:, 2], np.setdiff1d(likeliest, self.state[~self.generalised])
+        ).astype(np.int64)
 
     @property
     def states_by_rank(self) -> np.ndarray:

@@ -16,6 +16,7 @@ from irl.demonstrations import Demonstrations
 from irl.demonstrators import Expert
 from irl.errors import InputError
 from irl.function_approx import Learner
+from irl.policy_update import POLICY_UPDATES, planned_values
 from irl.preferences import StatePreferences
 from irl.problem import LearningProblem
 from irl.queries import (
@@ -68,6 +69,9 @@ class ActiveConfig(Settings):
     prefer: str = "ignore"
     """What happens to preferred actions: nothing with ignore; with thesis they gain 20 % of |Q|,
     which can break a policy that is good without."""
+    policy_update: str = "greedy"
+    """How values become a policy: greedy takes them as they are, as the thesis does; planned plans
+    anew, so that the policy settles only where demonstrations ended (irl.policy_update)."""
     hidden: Annotated[tuple[int, ...], Limits(1, WIDEST)] = (150, 50)
     """The widths of the network's hidden layers."""
     device: str = "cpu"
@@ -84,6 +88,7 @@ class ActiveConfig(Settings):
         check_choice("cluster_query", self.cluster_query, (*CLUSTER_STRATEGIES, "none"))
         check_choice("avoid", self.avoid, AVOID_MODES)
         check_choice("prefer", self.prefer, PREFER_MODES)
+        check_choice("policy_update", self.policy_update, POLICY_UPDATES)
         check_choice("device", self.device, DEVICES)
 
 
@@ -116,7 +121,8 @@ class Result:
     Attributes:
         q: float64 ``[n_states, n_actions]``, advice included, −∞ where excluded; the policy is
             its argmax (PolicyUpdate).
-        f: float64 ``[n_states]``, state preferences included.
+        f: float64 ``[n_states]``, state preferences included; what ``q`` follows from, at once or
+            by planning anew.
         beta: the inverse temperature at the end.
         caution: the dislike of uncertain outcomes at the end.
         network: the VR function.
@@ -154,7 +160,7 @@ def active_fa_mlirl(
 
     Args:
         problem: what is known beforehand, with features; its discount factor is used by the
-            Bellman penalty alone.
+            Bellman penalty and by a policy update that plans.
         demonstrations: D₀.
         teacher: answers questions; without an expert there is no advice.
         config: every choice; the thesis' by default.
@@ -292,8 +298,6 @@ class _Run:
             committee_q = np.stack([self._update_q(each) for each in state.committee.members])
         asked = np.array(state.asked, dtype=np.int64)
         known = np.r_[state.labels.state, asked]
-        # Who was asked and showed nothing had nothing to do there.
-        ends = np.r_[state.labels.ended_in(problem.model), np.setdiff1d(asked, state.labels.state)]
         return QueryContext(
             model=problem.model,
             q=q,
@@ -304,7 +308,7 @@ class _Run:
             start_states=problem.start_states,
             rng=state.rng,
             committee_q=committee_q,
-            ends=ends,
+            ends=self._ends(),
             asked=len(state.asked),
         )
 
@@ -332,12 +336,26 @@ class _Run:
             answered.append((query, cluster, state.labels.n_states_demonstrated))
         return answered
 
+    def _ends(self) -> np.ndarray:
+        """Where demonstrators ended, or were asked and showed nothing: int64."""
+        state = self.state
+        silent = np.setdiff1d(np.array(state.asked, dtype=np.int64), state.labels.state)
+        return np.union1d(state.labels.ended_in(self.problem.model), silent)
+
     def _update_q(self, learner: Learner) -> np.ndarray:
+        model, caution = self.problem.model, learner.caution or 0.0
         f = self.problem.preferences.apply(learner.values())
-        q = self.problem.model.q_values(f, learner.caution or 0.0)
-        return self.state.advice.apply(
-            q, self.problem.model.mask, self.config.avoid, self.config.prefer
-        )
+        q = self._advised(model.q_values(f, caution))
+        if self.config.policy_update == "greedy":
+            return q
+        excluded = np.isneginf(q)
+        ends = self._ends()
+        f = planned_values(model, f, self.problem.gamma, ends, caution=caution, excluded=excluded)
+        return self._advised(model.q_values(f, caution))
+
+    def _advised(self, q: np.ndarray) -> np.ndarray:
+        config, mask = self.config, self.problem.model.mask
+        return self.state.advice.apply(q, mask, config.avoid, config.prefer)
 
 
 def _consult(

@@ -157,12 +157,14 @@ def initial_demonstrations(
 
 
 def runs_from(
-    demonstrator: Demonstrator, starts: np.ndarray, rng: np.random.Generator, max_steps: int = 50
+    oracle: OracleDemonstrator, starts: np.ndarray, rng: np.random.Generator, max_steps: int = 50
 ) -> Iterator[Demonstrations]:
-    """Runs from starts drawn evenly, one after the other, without end."""
+    """Runs from starts drawn evenly, each with where it ended, one after the other, without end."""
     for number in numbers():
-        pairs = demonstrator.trajectory(int(rng.choice(starts)), rng, max_steps)
-        yield Demonstrations.from_pairs(pairs, number)
+        run = demonstrate_to_the_end(oracle, [int(rng.choice(starts))], rng, max_steps)
+        yield replace(
+            run, trajectory=run.trajectory + number, ends=run.ends + np.array([number, 0, 0])
+        )
 
 
 def recorded_runs(recording: Demonstrations, rng: np.random.Generator) -> Iterator[Demonstrations]:

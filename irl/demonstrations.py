@@ -1,4 +1,4 @@
-"""Demonstration sets: labelled pairs, where they come from, and what follows from them (§5.10)."""
+"""Demonstration sets: labelled pairs, where they come from, and where runs ended (§5.10)."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -7,17 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
+from irl.demonstrations_csv import COLUMNS as _COLUMNS
+from irl.demonstrations_csv import read, write
 from irl.errors import InputError
-from irl.files import atomic_path
-from irl.formats import read_csv, write_csv
-from irl.generalisation import Generalisation
 from irl.integers import integers
 from irl.labels import Labels
 from irl.mdp import TransitionModel
 
 SOURCES = ("demonstrator", "generalised", "human")
 _GENERALISED = SOURCES.index("generalised")
-_COLUMNS = ["trajectory", "step", "state", "action", "source"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,13 +233,15 @@ class Demonstrations:
     def ended_in(self, model: TransitionModel) -> np.ndarray:
         """The states that runs ended in; int64, ascending.
 
-        Where a run does not say, the likeliest that its last action led to, unless somebody acts
-        there.
+        Where a run does not say, the likeliest that its last action led to, unless somebody was
+        seen to act there.
         """
         last = self.last_of_runs & ~np.isin(self.trajectory, self.ends[:, 0])
         pair = model.pair_index(self.state[last], self.action[last])
         likeliest = np.asarray(model.P[pair].argmax(axis=1)).ravel() if pair.size else pair
-        return np.union1d(self.ends[:, 2], np.setdiff1d(likeliest, self.state)).astype(np.int64)
+        return np.union1d(
+            self.ends[:, 2], np.setdiff1d(likeliest, self.state[~self.generalised])
+        ).astype(np.int64)
 
     @property
     def states_by_rank(self) -> np.ndarray:
@@ -352,17 +352,8 @@ class Demonstrations:
 
     def save(self, path: Path) -> None:
         """Write as CSV, whole or not at all; where a run ended is a row without an action."""
-        columns = [getattr(self, column).tolist() for column in _COLUMNS[:-1]]
-        pairs = zip(*columns, [SOURCES[k] for k in self.source], strict=True)
-        last = {run: row for row, run in enumerate(columns[0])}
-        placed: list[tuple[int, tuple]] = list(enumerate(pairs))
-        placed += [
-            (last.get(run, len(self)), (run, step, state, "", SOURCES[0]))
-            for run, step, state in self.ends.tolist()
-        ]
-        rows = [row for _, row in sorted(placed, key=lambda each: each[0])]
-        with atomic_path(path) as temporary:
-            write_csv(temporary, _COLUMNS, rows)
+        columns = [getattr(self, column) for column in _COLUMNS[:-1]]
+        write(path, columns, [SOURCES[k] for k in self.source], self.ends)
 
     @classmethod
     def load(cls, path: Path) -> "Demonstrations":
@@ -371,79 +362,8 @@ class Demonstrations:
         Raises:
             InputError: if it is missing or not CSV, or a column or value is wrong.
         """
-        header, rows = read_csv(path)
-        if header != _COLUMNS:
-            raise InputError(f"{path}: columns must be {_COLUMNS}, are {header}")
-        for number, row in enumerate(rows):
-            for k, name in enumerate(_COLUMNS[:-1]):
-                number_there = row[k].isascii() and row[k].isdigit() and len(row[k]) < 19
-                if not number_there and (name, row[k]) != ("action", ""):
-                    raise InputError(
-                        f"{path}: row {number}, field '{name}' must be an integer from 0, "
-                        f"is {row[k]!r}"
-                    )
-        for number, row in enumerate(rows):
-            if row[-1] not in SOURCES:
-                raise InputError(
-                    f"row {number}, field 'source' is {row[-1]!r}", place=str(path), valid=SOURCES
-                )
-        pairs = [row for row in rows if row[3]]
-        columns = {
-            name: np.array([int(row[k]) for row in pairs], dtype=np.int64)
-            for k, name in enumerate(_COLUMNS[:-1])
-        }
-        source = np.array([SOURCES.index(row[-1]) for row in pairs], dtype=np.uint8)
-        ends = np.array([[int(cell) for cell in row[:3]] for row in rows if not row[3]])
+        columns, source, ends = read(path, SOURCES)
         try:
-            return cls(**columns, source=source, ends=ends)
+            return cls(*columns, source=source, ends=ends)
         except InputError as error:
             raise error.at(str(path)) from None
-
-
-def generalise(
-    demonstrations: Demonstrations,
-    generalisation: Generalisation,
-    rules: Iterable[str] | None = None,
-    rules_at_end: Iterable[str] | None = None,
-) -> Demonstrations:
-    """Add what follows from the demonstrated pairs (§5.10.1).
-
-    Only what was demonstrated speaks for other pairs; what followed before does not, so errors
-    of a rule do not multiply. A demonstrated pair speaks once for each pair, whether it follows by
-    one rule, by two, or did so before.
-
-    Args:
-        demonstrations: any set; its own pairs are kept.
-        generalisation: groups of feasible pairs.
-        rules: names of the rules to apply; all by default.
-        rules_at_end: names of those to apply to the last pair of a run; the same by default.
-
-    Raises:
-        InputError: if a rule is unknown.
-    """
-    names = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules)]
-    at_end = names
-    if rules_at_end is not None:
-        at_end = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules_at_end)]
-    shown = np.flatnonzero(~demonstrations.generalised)
-    last = demonstrations.last_of_runs
-    parts = [demonstrations]
-    known: dict[tuple[int, int, bool], tuple[np.ndarray, np.ndarray]] = {}
-    for k in shown:
-        source = int(demonstrations.state[k]), int(demonstrations.action[k]), bool(last[k])
-        if source not in known:
-            known[source] = generalisation.following(*source[:2], at_end if last[k] else names)
-        state, action = known[source]
-        parts.append(
-            Demonstrations(
-                trajectory=np.full(state.size, demonstrations.trajectory[k]),
-                step=np.full(state.size, demonstrations.step[k]),
-                state=state,
-                action=action,
-                source=np.full(state.size, _GENERALISED, dtype=np.uint8),
-            )
-        )
-    every = Demonstrations.concatenate(parts)
-    columns = every.trajectory, every.step, every.state, every.action, every.generalised
-    _, first = np.unique(np.stack(columns), axis=1, return_index=True)
-    return every.select(np.sort(first))

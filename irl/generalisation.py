@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from irl.demonstrations import SOURCES, Demonstrations
 from irl.errors import InputError
 from irl.pairs import pair_key
 
@@ -134,3 +135,52 @@ class Generalisation:
                 found.append(members[~np.isin(members, own)])
         rows = np.concatenate(found)
         return self.state[rows].astype(np.int64), self.action[rows].astype(np.int64)
+
+
+def generalise(
+    demonstrations: Demonstrations,
+    generalisation: Generalisation,
+    rules: Iterable[str] | None = None,
+    rules_at_end: Iterable[str] | None = None,
+) -> Demonstrations:
+    """Add what follows from the demonstrated pairs (§5.10.1).
+
+    Only what was demonstrated speaks for other pairs; what followed before does not, so errors
+    of a rule do not multiply. A demonstrated pair speaks once for each pair, whether it follows by
+    one rule, by two, or did so before.
+
+    Args:
+        demonstrations: any set; its own pairs are kept.
+        generalisation: groups of feasible pairs.
+        rules: names of the rules to apply; all by default.
+        rules_at_end: names of those to apply to the last pair of a run; the same by default.
+
+    Raises:
+        InputError: if a rule is unknown.
+    """
+    names = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules)]
+    at_end = names
+    if rules_at_end is not None:
+        at_end = [generalisation.rule_names[k] for k in generalisation.rule_indices(rules_at_end)]
+    shown = np.flatnonzero(~demonstrations.generalised)
+    last = demonstrations.last_of_runs
+    parts = [demonstrations]
+    known: dict[tuple[int, int, bool], tuple[np.ndarray, np.ndarray]] = {}
+    for k in shown:
+        source = int(demonstrations.state[k]), int(demonstrations.action[k]), bool(last[k])
+        if source not in known:
+            known[source] = generalisation.following(*source[:2], at_end if last[k] else names)
+        state, action = known[source]
+        parts.append(
+            Demonstrations(
+                trajectory=np.full(state.size, demonstrations.trajectory[k]),
+                step=np.full(state.size, demonstrations.step[k]),
+                state=state,
+                action=action,
+                source=np.full(state.size, SOURCES.index("generalised"), dtype=np.uint8),
+            )
+        )
+    every = Demonstrations.concatenate(parts)
+    columns = every.trajectory, every.step, every.state, every.action, every.generalised
+    _, first = np.unique(np.stack(columns), axis=1, return_index=True)
+    return every.select(np.sort(first))

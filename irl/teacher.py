@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from irl.demonstrations import Demonstrations, generalise
+from irl.demonstrations import Demonstrations
 from irl.demonstrators import Demonstrator, Expert
-from irl.generalisation import Generalisation
+from irl.generalisation import Generalisation, generalise
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,6 +63,7 @@ class LearningConfig(Settings):
             max_demonstrated=int(THESIS_DEMONSTRATED * N_STATES),
             state_query="visited_and_diverse",
             query_beta=30.0,
+            policy_update="planned",
             hidden=(64, 32),
             state_preferences=False,
         )

@@ -17,6 +17,8 @@ from irl.errors import InputError
 from irl.function_approx import Learner
 from irl.generalisation import Generalisation
 from irl.likelihood import LikelihoodProblem
+from irl.planning import policy_success
+from irl.policy import Policy
 from irl.preferences import StatePreferences
 from irl.problem import LearningProblem
 from irl.queries import (
@@ -91,6 +93,20 @@ def run(config=CONFIG, seed=0, **changes):
 
 def accuracy(result):
     return WORLD.accuracy(result.q.argmax(axis=1))
+
+
+def test_a_planned_policy_settles_only_where_demonstrations_ended():
+    """From one corner's run a network has hilltops of its own; the plan leaves them all."""
+    config = replace(CONFIG, budget=0, action_advice=False)
+    goal = np.array([WORLD.goal_state])
+    reached = {"greedy": [], "planned": []}
+    for update, shares in reached.items():
+        for seed in range(3):
+            result, _ = run(replace(config, policy_update=update), seed)
+            act = Policy.from_q(result.q, WORLD.model.mask).action
+            shares.append(policy_success(WORLD.model, act, goal, 49).mean())
+    assert min(reached["greedy"]) < 1
+    assert reached["planned"] == [1, 1, 1]
 
 
 def test_queries_improve_the_policy_within_budget():

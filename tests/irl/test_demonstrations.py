@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from irl.demonstrations import SOURCES, Demonstrations, generalise
+from irl.demonstrations import SOURCES, Demonstrations
 from irl.errors import InputError
-from irl.generalisation import Generalisation
+from irl.generalisation import Generalisation, generalise
 
 # One group: the action 1 carries over between the states 0, 1 and 2.
 GROUPS = Generalisation(

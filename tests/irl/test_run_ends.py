@@ -1,9 +1,11 @@
 """Where a run ended is recorded, kept through every operation, and checked."""
 
+from itertools import islice
+
 import numpy as np
 import pytest
 
-from irl.collection import demonstrate_to_the_end, mislabel
+from irl.collection import demonstrate_to_the_end, mislabel, runs_from
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
@@ -92,6 +94,26 @@ def test_whoever_demonstrates_to_the_end_records_it(corridor):
     assert shown.ends.tolist() == [[0, 3, 4], [1, 0, 4]]
     cut = demonstrate_to_the_end(oracle, [0], np.random.default_rng(0), max_steps=2)
     assert not cut.ends.size
+
+
+def test_runs_from_random_starts_record_where_they_ended(corridor):
+    oracle = OracleDemonstrator(corridor, np.array([4]))
+    rng = np.random.default_rng(0)
+    runs = list(islice(runs_from(oracle, np.array([2, 4]), rng), 9))
+    for number, run in enumerate(runs):
+        assert run.ends[:, [0, 2]].tolist() == [[number, 4]]
+        run.check(corridor)
+    assert {len(run) for run in runs} == {0, 2}
+    assert len(Demonstrations.concatenate(runs).ends) == 9
+
+
+def test_a_label_that_only_follows_from_others_makes_no_end_doubtful(corridor):
+    """Nobody said where the run ended, and a rule has a label for that state."""
+    run = Demonstrations.from_pairs([(2, 1), (3, 1)])
+    derived = Demonstrations.from_pairs([(4, 0)], 1, source="generalised")
+    shown = Demonstrations.from_pairs([(4, 0)], 1)
+    assert Demonstrations.concatenate([run, derived]).ended_in(corridor).tolist() == [4]
+    assert Demonstrations.concatenate([run, shown]).ended_in(corridor).tolist() == []
 
 
 def test_wrong_labels_leave_the_ends_of_runs_alone(corridor):

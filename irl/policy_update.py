@@ -1,0 +1,67 @@
+"""PolicyUpdate of thesis Algorithm 4.1: action values from a VR function, at once or planned.
+
+``greedy`` is the thesis': what an action leads to is worth what f says. Where labels are few, f has
+hilltops of its own, a little above all that can be reached from there; whoever climbs it stays on
+them, and goes round in circles. By (3.18) such a hilltop is a reward for staying. ``planned`` takes
+that reward for an error of the fit, unless a demonstrator was seen to stay: no state earns more
+than most states do, except where demonstrations ended. What is then worth what is planned anew.
+Whatever f says that a state *costs* remains.
+"""
+
+import numpy as np
+
+from irl.mdp import TransitionModel
+from irl.planning import best, value_iteration
+
+POLICY_UPDATES = ("greedy", "planned")
+_NEVER = -1e3
+"""What an excluded action earns: f lies within ±1, and no plan is worth as little."""
+
+
+def planned_values(
+    model: TransitionModel,
+    f: np.ndarray,
+    gamma: float,
+    ends: np.ndarray,
+    *,
+    caution: float = 0.0,
+    excluded: np.ndarray | None = None,
+) -> np.ndarray:
+    """VR values that lead to where demonstrations ended, and to no other hilltop of f.
+
+    With R(s) = f(s) − γ max_a (Σ P f − u · surprise), thesis (3.18), and c its median over the
+    states where something can be done, they solve V(s) = min(R(s), c) + γ max_a (Σ P V −
+    u · surprise), and are f where demonstrations ended and where nothing can be done. Nowhere are
+    they above f, but for rounding.
+
+    Args:
+        model: the transition model.
+        f: VR values, ``[n_states]``.
+        gamma: discount factor in [0, 1).
+        ends: indices of states where demonstrators had nothing left to do; without any nobody
+            knows which hilltops are meant, and f stays as it is.
+        caution: u, the dislike of uncertain outcomes.
+        excluded: actions not to plan with, bool ``[n_states, n_actions]``, never all of a state's;
+            none if absent.
+
+    Returns:
+        float64 ``[n_states]``.
+    """
+    f = np.asarray(f, dtype=np.float64)
+    if not np.size(ends):
+        return f
+    acting = model.widths > 0
+    settled = ~acting
+    settled[ends] = True
+    doubt = caution * model.surprise
+    reward = f - gamma * best(model, model.P @ f - doubt, fill=0.0)
+    reward = np.minimum(reward, np.median(reward[acting]))
+    earned = reward[model.pair_state] - gamma * doubt
+    if excluded is not None:
+        earned[excluded[model.pair_state, model.pair_action]] = _NEVER
+    # Who comes to where a run ends earns what it is worth there and then.
+    arrival = np.where(settled, gamma * f, 0.0)
+    V, _ = value_iteration(
+        model, arrival, gamma, earned, terminal=np.flatnonzero(settled), tolerance=1e-6
+    )
+    return np.where(settled, f, V)

@@ -364,6 +364,6 @@ class Demonstrations:
         """
         columns, source, ends = read(path, SOURCES)
         try:
-            return cls(*columns, source=source, ends=ends)
+            return cls(*columns, source, ends)
         except InputError as error:
             raise error.at(str(path)) from None

@@ -362,8 +362,8 @@ class Demonstrations:
         Raises:
             InputError: if it is missing or not CSV, or a column or value is wrong.
         """
-        columns, source, ends = read(path, SOURCES)
+        (trajectory, step, state, action), source, ends = read(path, SOURCES)
         try:
-            return cls(*columns, source, ends)
+            return cls(trajectory, step, state, action, source, ends)
         except InputError as error:
             raise error.at(str(path)) from None

@@ -88,7 +88,8 @@ class Scenes(NamedTuple):
 
     def select(self, which: NDArray[np.bool_] | Indices) -> "Scenes":
         """Some of the scenes, by a mask or by indices."""
-        return Scenes(*(column[which] for column in self))
+        position, hand, R_WO, p_WO = self
+        return Scenes(position[which], hand[which], R_WO[which], p_WO[which])
 
     @property
     def state(self) -> Indices:
@@ -142,12 +143,12 @@ def outcomes(scenes: Scenes, action: ArrayLike) -> Outcomes:
     for each, course in _COURSES.items():
         (rows,) = np.nonzero(kind == each)
         if rows.size:
-            origin, probability, after = course(scenes.select(rows), target[rows])
-            parts.append((rows[origin], probability, *after))
+            found = course(scenes.select(rows), target[rows])
+            parts.append((rows[found.origin], found.probability, *found.scenes))
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    order = np.argsort(columns[0], kind="stable")
-    origin, probability, *after = (column[order] for column in columns)
-    return Outcomes(origin, probability, Scenes(*after))
+    origin, probability = columns[:2]
+    order = np.argsort(origin, kind="stable")
+    return Outcomes(origin[order], probability[order], Scenes(*columns[2:]).select(order))
 
 
 def arrival(

@@ -107,5 +107,5 @@ def test_a_cube_on_the_table_beside_the_grid_belongs_to_the_nearest_column():
     assert discretise.nearest_column(p_WO).tolist() == [0, 0, 2, -1, -1]
     assert discretise.off_table(p_WO).tolist() == [False, True, True, True, True]
     # What leans on something, or has fallen, does not lie.
-    assert discretise.nearest_column(p_WO + [0.0, 0.0, 0.012])[0] == -1
-    assert discretise.nearest_column(p_WO - [0.0, 0.0, 0.5])[0] == -1
+    assert discretise.nearest_column(p_WO + np.array([0.0, 0.0, 0.012]))[0] == -1
+    assert discretise.nearest_column(p_WO - np.array([0.0, 0.0, 0.5]))[0] == -1

@@ -56,8 +56,8 @@ ALIGNED = np.radians(
 )
 """Angle from a face's normal to the closing axis before and after the fingers have closed [rad].
 
-Means of three trials each with the floating gripper, three hands, friction 0.6 to 0.9: a cube that
-is 10° off is turned half flush, one that is 35° off stays.
+Means of nine trials each with the floating gripper, three in each of three hands, friction 0.6 to
+0.9: a cube that is 12° off is turned half flush, one that is 36° off stays (RESULTS.md).
 """
 SPREAD, SPREAD_WITHIN = np.radians(4.0), np.radians((14.0, 30.0))
 """By how much single trials differ from that either way, and where they do [rad]."""

@@ -95,6 +95,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     return {
         **assessment.as_dict(),
         "success_drake": {key: physics[key] for key in ("successes", "trials")},
+        "decision": "forecast",
+        "goals": "learner",
         "limits": physics["limits"],
         "episodes": physics["episodes"],
         "queries": len(learnt.result.history),

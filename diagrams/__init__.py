@@ -6,7 +6,8 @@ The rooms, in reading order:
 * `arm_controller`, `gripper_controller`, `limiter`, `reference_ramp`: commands to joints;
 * `state_identifier`: measured poses to the index of a state;
 * `action_executor`: a requested action to commands, planned and timed;
-* `policy_controller`: states to requests for actions, by a policy's table;
+* `decisions`: which action to take, by a policy's table, by a forecast from the true pose, or told;
+* `policy_controller`: what is seen to requests for actions, by a decision;
 * `policy_run`: all of that in one diagram, an episode simulated;
 * `loads`: what the arm's joints did at most, compared with their limits;
 * `camera`: still pictures of the cell;

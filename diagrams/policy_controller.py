@@ -1,13 +1,17 @@
-"""Plays a policy: identify the state, request its action, wait for rest, again."""
+"""Plays a policy: identify the state, request an action, wait for rest, again."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from diagrams.action_executor import PERIOD, Execution
+from diagrams.decisions import By, Decision, Sight, Step
+from models.task.spaces import N_FREE
+from models.task.tracking import NOTHING, InHand
 
 SETTLE = 0.5
 """From the end of an action's motion until its outcome is read [s]."""
@@ -25,27 +29,6 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True)
-class Step:
-    """One action of an episode.
-
-    Attributes:
-        state: index of the state it was chosen in.
-        action: index of the action.
-        next_state: index of the state it led to.
-        started: seconds.
-        ended: seconds, when the outcome was read.
-        failure: why it could not be carried out; empty if it was.
-    """
-
-    state: int
-    action: int
-    next_state: int
-    started: float
-    ended: float
-    failure: str = ""
-
-
-@dataclass(frozen=True)
 class Episode:
     """What a policy controller did so far.
 
@@ -55,6 +38,9 @@ class Episode:
         sequence: number of the last request.
         state: index of the state in which that was made, −1 before the first.
         finished_at: when the running action's motion ended [s], −1 while it moves.
+        action: index of the action then requested, −1 before the first.
+        chosen_by: what chose it.
+        in_hand: what is known of a held cube's pose in the hand.
     """
 
     steps: tuple[Step, ...] = ()
@@ -62,6 +48,9 @@ class Episode:
     sequence: int = 0
     state: int = -1
     finished_at: float = -1.0
+    action: int = -1
+    chosen_by: By = By.POLICY
+    in_hand: InHand = NOTHING
 
     def __deepcopy__(self, memo: dict) -> "Episode":
         """Itself: nothing in it changes, and Drake copies states at every update."""
@@ -74,17 +63,21 @@ class PolicyController(LeafSystem):
     ::
 
                        ┌──────────────────┐
-         task.state ───┤                  ├── request  [sequence, action]
-                       │ PolicyController │
-         execution ────┤                  ├── episode  Episode
+         task.state ───┤                  ├── request     [sequence, action]
+        object.pose ───┤                  ├── task.state  index, as the decision calls it
+           tcp.pose ───┤ PolicyController ├── episode     Episode
+          execution ───┤                  │
+               told ───┤                  │
                        └──────────────────┘
 
-    The first request is made after `SETTLE` seconds.
+    The first request is made after `SETTLE` seconds. A decision that goes by the state's name
+    alone needs no poses. `told` is the index of an action that somebody outside asks for, −1 for
+    none; nothing asks where it is not connected, and only `Correctable` obeys.
     """
 
     def __init__(
         self,
-        action: np.ndarray,
+        decision: Decision,
         *,
         goal_states: np.ndarray,
         lost_state: int,
@@ -93,21 +86,26 @@ class PolicyController(LeafSystem):
         """Play a policy.
 
         Args:
-            action: index of each state's action, int ``[n_states]``, −1 where there is none.
+            decision: chooses each action.
             goal_states: indices of the states that end an episode well.
             lost_state: index of the state that ends it badly.
             max_actions: after which an episode ends.
         """
         super().__init__()
-        self._action = np.asarray(action)
+        self._decision = decision
         self._goals = {int(state) for state in np.atleast_1d(goal_states)}
         self._lost, self._max_actions = int(lost_state), max_actions
         self._task_state = self.DeclareVectorInputPort("task.state", 1)
+        pose = AbstractValue.Make(RigidTransform())
+        self._object = self.DeclareAbstractInputPort("object.pose", pose)
+        self._tcp = self.DeclareAbstractInputPort("tcp.pose", pose)
         self._execution = self.DeclareAbstractInputPort("execution", Value(Execution()))
+        self._told = self.DeclareVectorInputPort("told", 1)
         self._memory = self.DeclareAbstractState(Value(Episode()))
         self.DeclarePeriodicUnrestrictedUpdateEvent(PERIOD, 0.0, self._update)
         memory = {self.abstract_state_ticket(self._memory)}
         self.DeclareVectorOutputPort("request", 2, self._calc_request, memory)
+        self.DeclareVectorOutputPort("task.state", 1, self._calc_state, memory)
         self.DeclareAbstractOutputPort(
             "episode", lambda: Value(Episode()), self._calc_episode, memory
         )
@@ -131,39 +129,66 @@ class PolicyController(LeafSystem):
         if not execution.finished:
             return episode
         if episode.finished_at < 0.0:
-            return Episode(episode.steps, episode.verdict, episode.sequence, episode.state, now)
+            return replace(episode, finished_at=now)
+        sight = self._look(context, episode)
         if now < episode.finished_at + SETTLE:
-            return episode
+            return replace(episode, in_hand=sight.in_hand)
 
-        state = int(self._task_state.Eval(context)[0])
+        state = self._decision.state(sight)
         steps = episode.steps
         if episode.sequence:
             step = Step(
-                episode.state, execution.action, state, execution.started, now, execution.failure
+                episode.state,
+                execution.action,
+                state,
+                execution.started,
+                now,
+                execution.failure,
+                episode.chosen_by,
             )
             steps = (*steps, step)
-        verdict = self._verdict(state, steps)
-        if verdict != Verdict.RUNNING:
-            return Episode(steps, verdict, episode.sequence, state, now)
-        return Episode(steps, verdict, episode.sequence + 1, state)
-
-    def _verdict(self, state: int, steps: tuple[Step, ...]) -> Verdict:
+        over = replace(episode, steps=steps, state=state, finished_at=now, in_hand=sight.in_hand)
         if state in self._goals:
-            return Verdict.GOAL
+            return replace(over, verdict=Verdict.GOAL)
         if state == self._lost:
-            return Verdict.LOST
-        if steps and steps[-1].failure:
-            return Verdict.INFEASIBLE
+            return replace(over, verdict=Verdict.LOST)
+        choice = self._decision.choose(sight, steps)
+        if choice is None:
+            failed = bool(steps and steps[-1].failure)
+            return replace(over, verdict=Verdict.INFEASIBLE if failed else Verdict.NO_ACTION)
         if len(steps) >= self._max_actions:
-            return Verdict.OUT_OF_ACTIONS
-        if self._action[state] < 0:
-            return Verdict.NO_ACTION
-        return Verdict.RUNNING
+            return replace(over, verdict=Verdict.OUT_OF_ACTIONS)
+        return replace(
+            over,
+            sequence=episode.sequence + 1,
+            finished_at=-1.0,
+            action=choice.action,
+            chosen_by=choice.by,
+        )
+
+    def _look(self, context: Context, episode: Episode) -> Sight:
+        """What is seen now, the cube's pose in the hand refined by it."""
+        state = int(self._task_state.Eval(context)[0])
+        told = int(self._told.Eval(context)[0]) if self._told.HasValue(context) else -1
+        if not self._decision.goes_by_poses:
+            return Sight(state, told=told)
+        X_WO, in_hand = self._object.Eval(context), episode.in_hand.released()
+        if N_FREE <= state < self._lost:
+            X_WG = self._tcp.Eval(context)
+            in_hand = episode.in_hand.measured(
+                X_WG.rotation().matrix(),
+                X_WG.translation(),
+                X_WO.rotation().matrix(),
+                X_WO.translation(),
+            )
+        return Sight(state, X_WO, in_hand, told)
 
     def _calc_request(self, context: Context, output: BasicVector) -> None:
         episode = self.episode(context)
-        action = int(self._action[episode.state]) if episode.sequence else -1
-        output.SetFromVector([episode.sequence, action])
+        output.SetFromVector([episode.sequence, episode.action])
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        output[0] = self.episode(context).state
 
     def _calc_episode(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.episode(context))

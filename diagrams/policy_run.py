@@ -10,13 +10,16 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
 from diagrams.action_executor import ActionExecutor
+from diagrams.decisions import Decision
 from diagrams.faults import SimulatorFault, first_line, simulating
 from diagrams.loads import LoadMeter, Loads
 from diagrams.policy_controller import Episode, PolicyController, Verdict
+from diagrams.state_identifier import lying_state
 from diagrams.station import Station
 from models.errors import ModelError
 from models.motion.planner import ActionPlanner, Grip, Move
 from models.rotations import rotation_z
+from models.scenes.parsing import CUBE
 from models.task.spaces import LOST, N_FREE, POSITIONS, R_WO, REST_HEIGHT, decode_states
 
 PLACE_SD = 0.003
@@ -65,6 +68,8 @@ class Played:
             traceback (`SimulatorFault.text`); else empty.
         plans: how each action was carried out, one more than `episode` has steps if it was cut off
             in an action; nothing where there was no way.
+        success: whether the cube truly lies at rest where the goal is, by what the simulator
+            knows, whatever the controller's verdict.
     """
 
     start: int
@@ -74,6 +79,7 @@ class Played:
     loads: Loads
     fault: str = ""
     plans: tuple[tuple[Move | Grip, ...], ...] = ()
+    success: bool = False
 
     @property
     def reason(self) -> str:
@@ -81,9 +87,9 @@ class Played:
         return first_line(self.fault)
 
     @property
-    def success(self) -> bool:
-        """Whether the goal was reached."""
-        return self.episode.verdict == Verdict.GOAL
+    def false_success(self) -> bool:
+        """Whether the controller took it for a success, and it was none."""
+        return not self.fault and self.episode.verdict == Verdict.GOAL and not self.success
 
 
 class PolicyRun:
@@ -101,14 +107,15 @@ class PolicyRun:
 
     def __init__(
         self,
-        action: np.ndarray,
+        decision: Decision,
         planner: ActionPlanner,
         *,
         goal_states: np.ndarray,
         max_actions: int = 20,
         meshcat: Meshcat | None = None,
     ) -> None:
-        """Assemble the diagram around a policy's ``action`` table (see `PolicyController`)."""
+        """Assemble the diagram around what decides on each action (see `PolicyController`)."""
+        self._goals = {int(state) for state in np.atleast_1d(goal_states)}
         builder = DiagramBuilder()
         self.station = builder.AddNamedSystem("station", Station(meshcat=meshcat))
         executor = builder.AddNamedSystem("action_executor", ActionExecutor(planner))
@@ -116,12 +123,17 @@ class PolicyRun:
         self.controller = builder.AddNamedSystem(
             "policy_controller",
             PolicyController(
-                action, goal_states=goal_states, lost_state=LOST, max_actions=max_actions
+                decision, goal_states=goal_states, lost_state=LOST, max_actions=max_actions
             ),
         )
         task_state = self.station.GetOutputPort("task.state")
         builder.Connect(task_state, self.controller.GetInputPort("task.state"))
-        builder.Connect(task_state, executor.GetInputPort("task.state"))
+        # What is decided on and what is planned from are called by one name.
+        builder.Connect(
+            self.controller.GetOutputPort("task.state"), executor.GetInputPort("task.state")
+        )
+        for name in ("object.pose", "tcp.pose"):
+            builder.Connect(self.station.GetOutputPort(name), self.controller.GetInputPort(name))
         builder.Connect(
             self.station.GetOutputPort("object.pose"), executor.GetInputPort("object.pose")
         )
@@ -195,8 +207,18 @@ class PolicyRun:
         except SimulatorFault as error:
             fault = error.text
         episode = self.controller.episode(controller_context)
+        success = not fault and self._lying_state(plant_context) in self._goals
         seconds, loads = root.get_time() - start_time, self._meter.read(root)
         if pause > _BEFORE and not fault:
             root.SetTime(root.get_time() + pause - _BEFORE)
             self.diagram.ForcedPublish(root)
-        return Played(start, episode, seconds, np.array(postures), loads, fault, tuple(plans))
+        return Played(
+            start, episode, seconds, np.array(postures), loads, fault, tuple(plans), success
+        )
+
+    def _lying_state(self, plant_context: Context) -> int:
+        """What the simulator knows of the cube, as `lying_state` calls it."""
+        cube = self.station.plant.GetBodyByName(CUBE)
+        return lying_state(
+            cube.EvalPoseInWorld(plant_context), cube.EvalSpatialVelocityInWorld(plant_context)
+        )

@@ -3,9 +3,11 @@
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialVelocity
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from models.task.discretise import identify
+from models.task.spaces import LOST, REST_HEIGHT
 
 LEAST_FORCE = 10.0
 """Pad force [N] below which nothing is held; a closed empty gripper has none at its stop."""
@@ -13,6 +15,10 @@ OPENINGS = (0.035, 0.062)
 """Openings [m] between which the pads can be on the cube: 40 mm flush, 56.6 mm on its edges."""
 REACH = 0.03
 """Largest distance [m] of a held cube's centre from the tool centre point."""
+
+FLAT_HEIGHT, FLAT_ANGLE, REST_SPEED = 0.003, np.radians(3.0), 0.01
+"""How far a cube that lies flat and at rest may be above or below, tilted, and how fast it may be
+[m], [rad], [m/s]."""
 
 
 def is_held(p_GO: np.ndarray, opening: float, force: float) -> bool:
@@ -40,6 +46,26 @@ def identify_state(X_WO: RigidTransform, X_WG: RigidTransform, held: bool) -> in
         held,
     )
     return int(found.state)
+
+
+def lying_state(X_WO: RigidTransform, V_WO: SpatialVelocity) -> int:
+    """Index of the state of a cube that lies at rest on the table, flat on a face; else *lost*.
+
+    Success is judged by this, from what the simulator knows: whatever hand and sensors tell does
+    not count.
+
+    Args:
+        X_WO: the cube's true pose.
+        V_WO: its true velocity.
+    """
+    state = identify_state(X_WO, RigidTransform(), False)
+    tilt = np.arccos(min(1.0, float(np.abs(X_WO.rotation().matrix()[2]).max())))
+    rests = (
+        abs(X_WO.translation()[2] - REST_HEIGHT) <= FLAT_HEIGHT
+        and tilt <= FLAT_ANGLE
+        and float(np.linalg.norm(V_WO.translational())) <= REST_SPEED
+    )
+    return state if rests else LOST
 
 
 class StateIdentifier(LeafSystem):

@@ -13,9 +13,10 @@ from typing import Annotated, Any
 import numpy as np
 import torch
 
+from diagrams.decisions import Forecast, held_goal
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
-from experiments.grasping.playing import draw_starts, play_episodes, summary
+from experiments.grasping.playing import Plan, draw_starts, play_episodes, summary
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
@@ -79,14 +80,13 @@ def main(config: Config, output: Output) -> dict[str, Any]:
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "limits": None, "episodes": []}
     if config.starts:
+        # The learner never sees the goal: looking ahead goes by what it holds for one.
         played = play_episodes(
-            policy.action,
+            Forecast(policy, held_goal(policy)),
             planner,
             task.goal_states,
-            starts,
-            seed=config.seed,
-            max_actions=config.max_actions,
-            output=output,
+            Plan(starts, config.seed, max_actions=config.max_actions),
+            output,
         )
         physics = summary(played)
 
@@ -95,6 +95,8 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     return {
         **assessment.as_dict(),
         "success_drake": {key: physics[key] for key in ("successes", "trials")},
+        "decision": "forecast",
+        "goals": "learner",
         "limits": physics["limits"],
         "episodes": physics["episodes"],
         "queries": len(learnt.result.history),

@@ -8,7 +8,7 @@ class Config(Settings):
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -79,7 +79,8 @@ def _shown(number: float) -> str:
 class Limits:
     """The numbers that a field of settings may hold, as an annotation of its type.
 
-    Of a field that holds several they bind each; one that may hold None may hold it still.
+    Of a field that holds several they bind each; one that may hold None, or names, may hold these
+    still.
 
     Attributes:
         low: the least.
@@ -104,10 +105,11 @@ class Limits:
         if self.some:
             _check_some(field, value)
         several = get_origin(hint) is tuple
+        names = [n for k in get_args(hint) if get_origin(k) is Literal for n in get_args(k)]
         if several and not isinstance(value, (tuple, list)):
             raise InputError(f"several numbers wanted, is {value!r}", place=field)
         for number in value if several else (value,):
-            if number is not None:
+            if number is not None and number not in names:
                 check_number(field, number, whole=hint is int or int in get_args(hint))
                 check_range(
                     *(field, number, self.low, self.high),

@@ -1,7 +1,9 @@
 """Episodes in the Drake diagram: played one after another, recorded, drawn as film strips."""
 
 import logging
-from typing import Any
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,6 +12,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from tqdm import tqdm
 
 from diagrams.camera import StillCamera
+from diagrams.decisions import Decision
 from diagrams.loads import Loads
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import Played, PolicyRun
@@ -28,8 +31,33 @@ BAR = "{desc}: {n_fmt} of at most {total_fmt} actions {bar} {elapsed}{postfix}"
 """Progress of an episode; when it will end cannot be predicted."""
 
 
-def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) -> np.ndarray:
-    """Draw start states that are not goals, without repetition.
+@dataclass(frozen=True)
+class Plan:
+    """Which episodes are played.
+
+    Attributes:
+        starts: indices of free states ``[n]``.
+        seed: of the cube's true poses, drawn for each start by itself.
+        disturbance: further standard deviation of the cube's place at the start [m].
+        max_actions: after which an episode ends.
+        recorded: whether to leave a recording and pictures.
+    """
+
+    starts: np.ndarray
+    seed: int
+    disturbance: float = 0.0
+    max_actions: int = 20
+    recorded: bool = True
+
+    def rng(self, number: int) -> np.random.Generator:
+        """The generator of the episode from the start of that number, counted from 0."""
+        return np.random.default_rng([self.seed, number])
+
+
+def draw_starts(
+    task: TaskData, number: int | Literal["all"], seed: int, *, at_least: int = 1
+) -> np.ndarray:
+    """Draw start states that are not goals, without repetition; or take all, in their order.
 
     Raises:
         InputError: if ``number`` is below ``at_least`` or above what there is, or the task has
@@ -42,6 +70,8 @@ def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) ->
             f"--task: task.json: field 'start_states' holds {held[0]}, where the cube is not free; "
             f"an episode starts in one of 0…{N_FREE - 1}"
         )
+    if number == "all":
+        return pool
     if not at_least <= number <= pool.size:
         raise InputError(
             f"--starts: must be ≥ {at_least} and ≤ {pool.size}, the number of the task's start "
@@ -51,47 +81,43 @@ def draw_starts(task: TaskData, number: int, seed: int, *, at_least: int = 1) ->
 
 
 def play_episodes(
-    action: np.ndarray,
+    decision: Decision,
     planner: ActionPlanner,
     goal_states: np.ndarray,
-    starts: np.ndarray,
-    *,
-    seed: int,
-    disturbance: float = 0.0,
-    max_actions: int = 20,
+    plan: Plan,
     output: Output,
 ) -> list[Played]:
-    """Play a policy from each start; leave a recording and pictures.
+    """Play from each start; leave a recording and pictures if the plan wants them.
 
     ``recording.html`` shows all episodes, ``episode_N.png`` one as a film strip, ``robot.png``
     the scene after the first action.
 
     Args:
-        action: the policy's table (see `PolicyController`).
+        decision: chooses the actions (see `PolicyController`).
         planner: plans the motions.
         goal_states: where episodes end well.
-        starts: indices of free states.
-        seed: of the cube's true poses, drawn for each start by itself.
-        disturbance: further standard deviation of the cube's place at the start [m].
-        max_actions: after which an episode ends.
+        plan: which episodes.
         output: folder of the pictures.
     """
-    # The server's address is of no use here: what is recorded is read from a file.
-    logging.getLogger("drake").setLevel(logging.WARNING)
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    meshcat.SetCameraPose([1.0, -0.72, 1.0], [0.4, 0.0, 0.66])
+    meshcat = _recorder() if plan.recorded else None
     run = PolicyRun(
-        action, planner, goal_states=goal_states, max_actions=max_actions, meshcat=meshcat
+        decision,
+        planner,
+        goal_states=goal_states,
+        max_actions=plan.max_actions,
+        meshcat=meshcat,
     )
-    meshcat.StartRecording(
-        frames_per_second=round(1.0 / FRAME), set_visualizations_while_recording=False
-    )
+    if meshcat is not None:
+        meshcat.StartRecording(
+            frames_per_second=round(1.0 / FRAME), set_visualizations_while_recording=False
+        )
     played: list[Played] = []
     time = 0.0
-    for number, start in enumerate(starts):
-        rng = np.random.default_rng([seed, number])
+    for number, start in enumerate(plan.starts):
         with tqdm(
-            desc=f"episode {number + 1}/{len(starts)}", total=max_actions, bar_format=BAR
+            desc=f"episode {number + 1}/{len(plan.starts)}",
+            total=plan.max_actions,
+            bar_format=BAR,
         ) as bar:
 
             def show(seconds: float, episode: Episode, bar: tqdm = bar) -> None:
@@ -101,14 +127,29 @@ def play_episodes(
             played.append(
                 run.play(
                     int(start),
-                    rng,
+                    plan.rng(number),
                     start_time=time,
                     pause=PAUSE,
-                    disturbance=disturbance,
+                    disturbance=plan.disturbance,
                     progress=show,
                 )
             )
         time += played[-1].seconds + PAUSE
+    if meshcat is not None:
+        _leave_pictures(meshcat, played, output)
+    return played
+
+
+def _recorder() -> Meshcat:
+    """What records; its server's address is of no use: what is recorded is read from a file."""
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    meshcat.SetCameraPose([1.0, -0.72, 1.0], [0.4, 0.0, 0.66])
+    return meshcat
+
+
+def _leave_pictures(meshcat: Meshcat, played: list[Played], output: Output) -> None:
+    """Leave the recording, film strips and a portrait."""
     meshcat.StopRecording()
     meshcat.PublishRecording()
     with output.file("recording.html") as path:
@@ -123,20 +164,22 @@ def play_episodes(
         )
         with output.file("robot.png") as path:
             imsave(path, portrait.picture(played[0].postures[1]))
-    return played
 
 
 def summary(played: list[Played]) -> dict[str, Any]:
     """Count what came of episodes; simulator faults judge nothing."""
     judged = [episode for episode in played if not episode.fault]
     successes = [episode for episode in judged if episode.success]
+    lengths = [len(episode.episode.steps) for episode in successes]
+    reasons = Counter(episode.episode.verdict.value for episode in judged if not episode.success)
     return {
         "successes": len(successes),
         "trials": len(judged),
-        "actions_mean": (
-            float(np.mean([len(e.episode.steps) for e in successes])) if successes else None
-        ),
+        "actions_mean": float(np.mean(lengths)) if successes else None,
+        "actions_max": max(lengths, default=None),
         "faults": len(played) - len(judged),
+        "false_successes": sum(episode.false_success for episode in judged),
+        "failures": dict(sorted(reasons.items())),
         "limits": limits([episode.loads for episode in played]),
         "episodes": [
             {
@@ -145,6 +188,7 @@ def summary(played: list[Played]) -> dict[str, Any]:
                 "seconds": round(episode.seconds, 2),
                 "actions": [str(Action.from_index(s.action)) for s in episode.episode.steps],
                 "states": [s.next_state for s in episode.episode.steps],
+                "chosen_by": [s.chosen_by.value for s in episode.episode.steps],
             }
             for episode in played
         ],

@@ -23,6 +23,7 @@ from models.task.spaces import (
     LOST,
     R_WG,
     R_WO,
+    REST_HEIGHT,
     TABLE_TOP,
     Array,
     Indices,
@@ -32,6 +33,12 @@ from models.task.spaces import (
 X_LIMITS = (GRID_X[0] - 0.025, GRID_X[-1] + 0.025)
 Y_LIMITS = (GRID_Y[0] - 0.05, GRID_Y[-1] + 0.05)
 """Where a free cube's centre is on the grid, metres."""
+
+
+BESIDE = 0.025
+"""How far beyond the grid a cube on the table can still be grasped [m]; the table goes further."""
+LYING = 0.01
+"""Largest height of a cube's centre above or below that of one at rest that counts as lying [m]."""
 
 
 class Identification(NamedTuple):
@@ -89,6 +96,29 @@ def identify(
     state = np.where(~held & off_table(p_WO), LOST, state)
     gripper_angle = np.where(held, gripper_angle, np.nan)
     return Identification(*np.broadcast_arrays(state, orientation_angle, gripper_angle, distance))
+
+
+def nearest_column(p_WO: ArrayLike) -> Indices:
+    """Lower cell of the column of a cube that lies on the table, on the grid or beside it.
+
+    Up to `BESIDE` beyond the grid it belongs to the nearest column.
+
+    Args:
+        p_WO: cube centre ``[..., 3]`` in metres.
+
+    Returns:
+        Position ``[...]``; −1 for a cube that is further away, or does not lie on the table.
+
+    Raises:
+        ModelError: if the shape is another or a value is not finite.
+    """
+    x, y, z = np.moveaxis(_points("p_WO", p_WO), -1, 0)
+    there = (
+        (np.abs(x - np.clip(x, *X_LIMITS)) <= BESIDE)
+        & (np.abs(y - np.clip(y, *Y_LIMITS)) <= BESIDE)
+        & (np.abs(z - REST_HEIGHT) <= LYING)
+    )
+    return np.where(there, (_nearest(GRID_X, x) * 3 + _nearest(GRID_Y, y)) * 2, -1)
 
 
 def off_table(p_WO: ArrayLike) -> NDArray[np.bool_]:

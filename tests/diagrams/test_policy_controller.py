@@ -3,8 +3,10 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import ConstantVectorSource
 
 from diagrams.action_executor import Execution
+from diagrams.decisions import By, Choice, Correctable, Table
 from diagrams.policy_controller import PolicyController, Verdict
 
 LOST, GOAL, STUCK = 5, 3, 4
@@ -23,7 +25,7 @@ class World(LeafSystem):
 
         def update(context, values):
             state, sequence, started, finished = context.get_discrete_state(index).value()
-            wanted = request.Eval(context)[0]
+            wanted, _ = request.Eval(context)
             now = context.get_time()
             if wanted != sequence:
                 sequence, started, finished = wanted, now, 0.0
@@ -48,17 +50,23 @@ class World(LeafSystem):
         )
 
 
-def episode(start, jumps, failure="", max_actions=6):
+def episode(start, jumps, failure="", max_actions=6, decision=None, told=None):
     builder = DiagramBuilder()
     world = builder.AddSystem(World(start, jumps, failure))
     controller = builder.AddSystem(
         PolicyController(
-            POLICY, goal_states=np.array([GOAL]), lost_state=LOST, max_actions=max_actions
+            decision or Table(POLICY),
+            goal_states=np.array([GOAL]),
+            lost_state=LOST,
+            max_actions=max_actions,
         )
     )
     builder.Connect(world.GetOutputPort("task.state"), controller.GetInputPort("task.state"))
     builder.Connect(world.GetOutputPort("execution"), controller.GetInputPort("execution"))
     builder.Connect(controller.GetOutputPort("request"), world.get_input_port())
+    if told is not None:
+        source = builder.AddSystem(ConstantVectorSource([told]))
+        builder.Connect(source.get_output_port(), controller.GetInputPort("told"))
     diagram = builder.Build()
     simulator = Simulator(diagram)
     simulator.AdvanceTo(12.0)
@@ -90,3 +98,31 @@ def test_dead_ends_have_names(jumps, failure, verdict, steps):
     found = episode(0, jumps, failure)
     assert (found.verdict, len(found.steps)) == (verdict, steps)
     assert found.steps[-1].failure == failure
+
+
+def test_steps_tell_what_chose_them_and_a_person_overrules_the_table():
+    jumps = {0: 1, 1: 2, 2: GOAL}
+    assert {step.chosen_by for step in episode(0, jumps).steps} == {By.POLICY}
+    asked = episode(0, jumps, decision=Correctable(Table(POLICY)), told=2.0)
+    assert {step.chosen_by for step in asked.steps} == {By.PERSON}
+    nobody = episode(0, jumps, decision=Correctable(Table(POLICY)), told=-1.0)
+    assert {step.chosen_by for step in nobody.steps} == {By.POLICY}
+    # The table alone does not listen.
+    assert {step.chosen_by for step in episode(0, jumps, told=2.0).steps} == {By.POLICY}
+
+
+class Second:
+    """Has another action wherever one could not be carried out, until all have failed."""
+
+    goes_by_poses = False
+
+    def state(self, sight):
+        return sight.state
+
+    def choose(self, sight, steps):
+        return Choice(len(steps), By.UNTRIED) if len(steps) < 3 else None
+
+
+def test_a_decision_may_go_on_after_an_action_that_could_not_be_carried_out():
+    found = episode(0, {0: 0}, "out of reach", decision=Second())
+    assert (found.verdict, len(found.steps)) == (Verdict.INFEASIBLE, 3)

@@ -1,5 +1,6 @@
 import re
 from base64 import b64decode
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.math import RigidTransform
 
 from diagrams.camera import StillCamera
+from diagrams.decisions import Table
 from diagrams.policy_controller import Verdict
 from diagrams.policy_run import PolicyRun, start_pose
 from experiments.kit.shipped_data import load_planner
@@ -27,7 +29,7 @@ def run():
     policy[FAR.index] = GRASP
     policy[State(14, 0, 10).index] = CARRY
     policy[State(GOAL_POSITION, 0, 10).index] = DROP
-    return PolicyRun(policy, load_planner(), goal_states=np.array([GOAL_STATE]))
+    return PolicyRun(Table(policy), load_planner(), goal_states=np.array([GOAL_STATE]))
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +40,7 @@ def played(run):
 def test_the_arm_picks_carries_and_places_the_cube(played):
     assert played.fault == played.reason == ""
     assert played.episode.verdict == Verdict.GOAL
+    assert played.success and not played.false_success
     assert [step.action for step in played.episode.steps] == [GRASP, CARRY, DROP]
     assert [step.next_state for step in played.episode.steps] == [
         State(14, 0, 10).index,
@@ -100,7 +103,9 @@ def test_a_recording_cuts_between_episodes():
     msgpack = pytest.importorskip("msgpack")
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     idle = np.full(N_STATES + 1, -1)
-    still = PolicyRun(idle, load_planner(), goal_states=np.array([GOAL_STATE]), meshcat=meshcat)
+    still = PolicyRun(
+        Table(idle), load_planner(), goal_states=np.array([GOAL_STATE]), meshcat=meshcat
+    )
     meshcat.StartRecording(frames_per_second=24, set_visualizations_while_recording=False)
     states, time = [FAR.index, State(4, 0).index], 0.0
     for state in states:
@@ -136,6 +141,14 @@ def cube_places(html, msgpack):
         if track["name"] == ".position"
     ]
     return {key["time"]: np.array(key["value"][:2]) for key in track["keys"]}
+
+
+def test_a_success_that_only_the_controller_sees_is_a_false_one(played):
+    believed = replace(played, success=False)
+    assert believed.false_success
+    assert not replace(believed, fault="NaN").false_success
+    unseen = replace(played, episode=replace(played.episode, verdict=Verdict.OUT_OF_ACTIONS))
+    assert unseen.success and not unseen.false_success
 
 
 def test_what_drake_cannot_simulate_is_a_fault_and_what_we_get_wrong_is_not(run, monkeypatch):

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.math import SpatialVelocity
 
-from diagrams.state_identifier import StateIdentifier, is_held
+from diagrams.state_identifier import StateIdentifier, is_held, lying_state
 from models.task.spaces import LOST, POSITIONS, R_WG, R_WO, REST_HEIGHT, State
 
 
@@ -46,3 +47,20 @@ def test_off_the_table_is_lost():
 )
 def test_not_held(distance, opening, force):
     assert not is_held(np.array([distance, 0.0, 0.0]), opening, force)
+
+
+@pytest.mark.parametrize(
+    ("X_WO", "speed", "lies"),
+    [
+        (RigidTransform([0.55, 0.0, 0.52]), 0.0, True),
+        (RigidTransform([0.55, 0.0, 0.5225]), 0.005, True),
+        (RigidTransform([0.55, 0.0, 0.525]), 0.0, False),
+        (RigidTransform([0.55, 0.0, 0.52]), 0.05, False),
+        (RigidTransform(RotationMatrix.MakeXRotation(0.1), [0.55, 0.0, 0.52]), 0.0, False),
+        (RigidTransform([0.7, 0.0, 0.52]), 0.0, False),
+        (RigidTransform([0.55, 0.0, 0.02]), 0.0, False),
+    ],
+)
+def test_a_cube_lies_where_it_is_flat_and_at_rest_on_the_grid(X_WO, speed, lies):
+    V_WO = SpatialVelocity(np.zeros(3), np.array([speed, 0.0, 0.0]))
+    assert lying_state(X_WO, V_WO) == (State(8, 0).index if lies else LOST)

@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments import demo, simulate
+from experiments import demo
 from experiments.grasping.learning import CHECKPOINT, CURVE
 from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.simulate import story as simulate
 from irl.active_state import EVERY, TRAINING
 from irl.files import sha256
 from irl.npz import read_npz, write_npz

@@ -1,5 +1,5 @@
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import pytest
 
@@ -87,3 +87,16 @@ class Lists(Settings):
 def test_what_is_to_be_compared_is_there_and_each_once(field, values, words):
     with pytest.raises(InputError, match=f"^{field}: {words}$"):
         Lists(**{field: values})
+
+
+@dataclass(frozen=True)
+class OrAll(Settings):
+    count: Annotated[int | Literal["all"], Limits(1)] = 3
+
+
+def test_a_name_may_stand_in_place_of_a_number():
+    assert OrAll("all").count == "all"
+    with pytest.raises(InputError, match="count: must be ≥ 1, is 0"):
+        OrAll(0)
+    with pytest.raises(InputError, match="count: a whole number wanted, is 'most'"):
+        OrAll("most")

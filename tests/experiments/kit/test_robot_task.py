@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments import demo, own_task, simulate
+from experiments import demo, own_task
 from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.simulate import story as simulate
 from experiments.transitions import story as transitions
 from irl.files import sha256
 from irl.policy import Policy, save_policy

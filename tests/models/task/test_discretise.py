@@ -99,3 +99,13 @@ def test_ties_go_by_the_measured_pose():
 def test_what_is_no_pose_is_refused(arguments, said):
     with pytest.raises(ModelError, match=said):
         discretise.identify(*arguments)
+
+
+def test_a_cube_on_the_table_beside_the_grid_belongs_to_the_nearest_column():
+    on_table = np.array([[0.5, -0.1], [0.473, -0.1], [0.452, 0.02], [0.44, 0.0], [0.6, 0.18]])
+    p_WO = np.column_stack([on_table, np.full(5, spaces.REST_HEIGHT)])
+    assert discretise.nearest_column(p_WO).tolist() == [0, 0, 2, -1, -1]
+    assert discretise.off_table(p_WO).tolist() == [False, True, True, True, True]
+    # What leans on something, or has fallen, does not lie.
+    assert discretise.nearest_column(p_WO + np.array([0.0, 0.0, 0.012]))[0] == -1
+    assert discretise.nearest_column(p_WO - np.array([0.0, 0.0, 0.5]))[0] == -1

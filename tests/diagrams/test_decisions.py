@@ -1,0 +1,162 @@
+"""Decisions of the policy that ``demo --seed 0`` left before there were forecasts."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RotationMatrix
+
+from diagrams.decisions import (
+    By,
+    Choice,
+    Correctable,
+    Forecast,
+    Sight,
+    Step,
+    Table,
+    held_goal,
+)
+from diagrams.policy_controller import Verdict
+from experiments.grasping.playing import Plan, draw_starts
+from experiments.kit.robot_task import load_robot_task
+from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.simulate.kinematic import imagine, imagine_all
+from irl.policy import Policy
+from models.errors import ModelError
+from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Action, Kind, State
+
+ACTIONS = Path(__file__).parents[1] / "data" / "demo_actions.npz"
+GOAL = np.array([GOAL_STATE])
+DROP = Action(Kind.DROP).index
+
+
+@pytest.fixture(scope="module")
+def task():
+    return load_robot_task(SHIPPED_TASK)
+
+
+@pytest.fixture(scope="module")
+def policy(task):
+    """Its action in each state, and no preference among the others."""
+    action = np.load(ACTIONS)["action"].astype(np.int64)
+    return policy_of(action, task.model.mask)
+
+
+def policy_of(action, mask):
+    q = np.where(mask, 0.0, -np.inf).astype(np.float32)
+    some = np.flatnonzero(action >= 0)
+    q[some, action[some]] = 1.0
+    return Policy(action, q)
+
+
+def seen(state, R=None, p=(0.55, 0.0, 0.52), told=-1):
+    rotation = RotationMatrix() if R is None else RotationMatrix(R)
+    return Sight(state, RigidTransform(rotation, p), told=told)
+
+
+def step(state, action, failure=""):
+    return Step(state, action, state, 0.0, 1.0, failure)
+
+
+@pytest.mark.parametrize("number", [12, 37, 65, 81])
+def test_starts_that_once_went_in_circles_or_were_lost_arrive(task, policy, number):
+    starts = draw_starts(task, 100, 7)
+    played = imagine(
+        Forecast(policy, GOAL), int(starts[number]), {GOAL_STATE}, Plan(starts, 7).rng(number)
+    )
+    assert played.verdict == Verdict.GOAL
+    assert len(played.steps) <= 10
+
+
+def test_where_the_table_circles_the_forecast_arrives_and_nowhere_does_it_do_worse(task, policy):
+    starts = draw_starts(task, 100, 7)
+    table, forecast = (
+        imagine_all(decision, GOAL, Plan(starts, 7))
+        for decision in (Table(policy), Forecast(policy, GOAL))
+    )
+    arrived = np.array([[e.verdict == Verdict.GOAL for e in each] for each in (table, forecast)])
+    assert 90 <= arrived[0].sum() < 97
+    assert arrived[1].all()
+    circles = [e for e, good in zip(table, arrived[0], strict=True) if not good]
+    assert {e.verdict for e in circles} == {Verdict.OUT_OF_ACTIONS}
+    # Where the policy arrives, it is left alone.
+    own = [e for e, good in zip(forecast, arrived[0], strict=True) if good]
+    assert {s.chosen_by for e in own for s in e.steps} == {By.POLICY}
+
+
+def test_episodes_without_physics_follow_the_seed(policy):
+    starts = np.array([5, 100, 200])
+    first, again, other = (
+        imagine_all(Forecast(policy, GOAL), GOAL, Plan(starts, seed)) for seed in (0, 0, 1)
+    )
+    assert first == again
+    assert [e.start for e in other] == [5, 100, 200]
+
+
+def test_the_forecast_takes_the_first_action_by_value_after_which_the_policy_arrives():
+    mask = np.zeros((N_STATES + 1, N_ACTIONS), dtype=bool)
+    action = np.full(N_STATES + 1, -1)
+    start = State(2, 4).index  # half a turn off, in the goal's cell
+    mask[start, 10:18] = True
+    action[start] = 10
+    # The policy only knows how to drop, and what hand 12 holds: turned half, then dropped.
+    held = State(2, 4, 12).index
+    mask[held, Action(Kind.ROTATE, 16).index] = True
+    action[held] = Action(Kind.ROTATE, 16).index
+    mask[State(2, 0, 16).index, DROP] = True
+    action[State(2, 0, 16).index] = DROP
+    policy = policy_of(action, mask)
+    R = np.diag([-1.0, -1.0, 1.0])
+    sight = seen(start, R, (0.5, 0.0, 0.52))
+    forecast = Forecast(policy, GOAL)
+    assert forecast.choose(sight, ()) == Choice(12, By.FORECAST)
+    # What could not be carried out is not asked for again; then whatever was not yet tried.
+    failed = [step(start, 12, "out of reach")]
+    assert forecast.choose(sight, failed) == Choice(10, By.UNTRIED)
+    # What was taken twice and brought the cube back here is doubted.
+    assert forecast.choose(sight, [step(start, 12)]) == Choice(12, By.FORECAST)
+    assert forecast.choose(sight, [step(start, 12)] * 2) == Choice(10, By.UNTRIED)
+    every = [step(start, a, "no free path found") for a in range(10, 18)]
+    assert forecast.choose(sight, every) is None
+
+
+def test_a_cube_beside_the_grid_is_lost_to_the_table_only(policy):
+    beside = seen(LOST, p=(0.4729, 0.0, 0.52))
+    assert Table(policy).state(beside) == LOST
+    forecast = Forecast(policy, GOAL)
+    assert forecast.state(beside) == State(2, 0).index
+    fallen = seen(LOST, p=(0.473, 0.0, 0.02))
+    assert forecast.state(fallen) == LOST
+    assert forecast.choose(fallen, ()) is None
+
+
+def test_the_table_has_nothing_more_once_an_action_failed(policy):
+    state = State(14, 0).index
+    table = Table(policy)
+    assert table.choose(Sight(state), ()) == Choice(int(policy.action[state]), By.POLICY)
+    assert table.choose(Sight(state), [step(state, 3, "no way")]) is None
+
+
+def test_a_person_is_obeyed_where_there_is_one(policy):
+    decision = Correctable(Forecast(policy, GOAL))
+    state = State(14, 0).index
+    assert decision.choose(seen(state, told=7), ()) == Choice(7, By.PERSON)
+    assert decision.choose(seen(state, p=(0.6, 0.0, 0.52)), ()).by != By.PERSON
+
+
+def test_the_goal_that_a_learner_holds_is_where_its_best_drop_leads(task, policy):
+    q = policy.q.copy()
+    q[State(5, 3, 10).index, DROP] = 2.0
+    assert held_goal(Policy(policy.action, q)) == State(4, 3).index
+    q[:, DROP] = -np.inf
+    with pytest.raises(ModelError, match="no drop"):
+        held_goal(Policy(policy.action, q))
+
+
+def test_what_a_forecast_cannot_work_with_is_refused(policy):
+    with pytest.raises(ModelError, match="goals: 15984"):
+        Forecast(policy, LOST)
+    with pytest.raises(ModelError, match="policy: q"):
+        Forecast(Policy(policy.action, policy.q[:, :9]), GOAL)
+    with pytest.raises(ModelError, match=r"object\.pose"):
+        Forecast(policy, GOAL).choose(Sight(0), ())

@@ -142,10 +142,9 @@ def test_when_all_was_asked_there_is_no_question():
     learner, oracle, _ = lesson(named=True, most=0)
     rng, acting = np.random.default_rng(0), np.setdiff1d(np.arange(N * N), GOAL)
     pairs = [(int(s), oracle.label(int(s), rng)) for s in acting]
-    ended = Demonstrations.from_pairs([], 31, end=int(GOAL[0]))
-    learner.learn(
-        Demonstrations.concatenate([Demonstrations.from_pairs(pairs, 30), ended]), rounds=0
-    )
+    each = [Demonstrations.from_pairs([pair], 30 + k) for k, pair in enumerate(pairs)]
+    ended = Demonstrations.from_pairs([], 20, end=int(GOAL[0]))
+    learner.learn(Demonstrations.concatenate([*each, ended]), rounds=0)
     for ask in (learner.question, learner.audit_question):
         with pytest.raises(InputError, match="candidates: every state"):
             ask()

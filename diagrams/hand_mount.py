@@ -2,7 +2,7 @@
 
 In a discrete step h every body moves by h times its new velocity: a free one along a straight line,
 one at the end of an arm along the arm's arc. A cube in a hand that is part of the arm's tree would
-lag behind it by ½·h·∫a dt, a the acceleration of the hand on its way: 4 mm in one swing at 2 ms,
+lag behind it by ½·h·∫a dt, a the acceleration of the hand on its way: 1 mm in one swing at 2 ms,
 for friction resists a speed, no distance. A hand that is a free body itself, joined to the world
 at its tool centre point, moves as the cube does, and the constraints lead both along the arc.
 """

@@ -50,7 +50,7 @@ def test_a_hand_at_rest_stays_at_the_flange_under_its_weight():
 
 def carried(time_step):
     """Where a cube is in the hand before the arm swings it round, and after."""
-    X_WG = gripper_pose([0.5, 0.0, 0.65], 10)
+    X_WG = gripper_pose(np.array([0.5, 0.0, 0.65]), 10)
     q = solve(PlanningScene(), X_WG).q
     there = q + np.array([SWING, *np.zeros(6)])
     path = PiecewisePolynomial.CubicHermite(

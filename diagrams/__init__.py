@@ -4,6 +4,7 @@ The rooms, in reading order:
 
 * `station`: the robot cell as one diagram, the ports that a controller sees;
 * `arm_controller`, `gripper_controller`, `limiter`, `reference_ramp`: commands to joints;
+* `hand_mount`: how the hand sits on the arm, and why;
 * `state_identifier`: measured poses to the index of a state;
 * `action_executor`: a requested action to commands, planned and timed;
 * `decisions`: which action to take, by a policy's table, by a forecast from the true pose, or told;

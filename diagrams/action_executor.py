@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 from pydrake.trajectories import Trajectory
 
 from models.arrays import finite_number, finite_vector
@@ -174,18 +174,21 @@ class ActionExecutor(LeafSystem):
         """Read how the last request is carried out; nothing before the first, or if it cannot."""
         return context.get_abstract_state(self._memory).get_value().timeline.plan
 
-    def _update(self, context: Context, state: State) -> None:
+    def _update(self, context: Context, state: State) -> EventStatus:
         memory = context.get_abstract_state(self._memory).get_value()
         execution, timeline = memory.execution, memory.timeline
         sequence, action = self._read_request(context, execution)
         now = context.get_time()
         if not execution.finished:
             if now < execution.started + timeline.duration:
-                return
+                return EventStatus.DidNothing()
             execution = Execution(execution.sequence, execution.action, execution.started, True)
         if sequence != execution.sequence:
             execution, timeline = self._plan(context, sequence, action, timeline)
+        if execution is memory.execution:
+            return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._memory).set_value(_Memory(execution, timeline))
+        return EventStatus.Succeeded()
 
     def _read_request(self, context: Context, execution: Execution) -> tuple[int, int]:
         """Sequence number and action that are asked for.

@@ -7,10 +7,11 @@ from pydrake.systems.controllers import InverseDynamics
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer, ZeroOrderHold
 
+from diagrams.hand_mount import HandMount
 from diagrams.limiter import Limiter
 from models.errors import ModelError
 from models.scenes.limits import JointLimits
-from models.scenes.parsing import add_models
+from models.scenes.parsing import ARM, GRIPPER, add_models
 
 JOINTS = tuple(f"joint_{i}" for i in range(1, 8))
 N_JOINTS = len(JOINTS)
@@ -32,9 +33,7 @@ def prepare_arm(plant: MultibodyPlant, arm: ModelInstanceIndex) -> None:
         actuator.set_controller_gains(_LARGE if i < 4 else _SMALL)
 
 
-def control_model(
-    plant: MultibodyPlant, arm: ModelInstanceIndex, hand: ModelInstanceIndex
-) -> MultibodyPlant:
+def control_model(plant: MultibodyPlant, mount: HandMount) -> MultibodyPlant:
     """What the controller knows of the robot: the arm where it stands, and the hand, wide open.
 
     The hand is one rigid body; that its fingers move by some centimetres changes what a joint
@@ -42,13 +41,14 @@ def control_model(
 
     Args:
         plant: of the simulation, finalized; arm and hand as in `gen3_2f85.dmd.yaml`.
-        arm: its model instance in ``plant``.
-        hand: likewise.
+        mount: of the hand in ``plant``.
     """
+    arm, hand = (plant.GetModelInstanceByName(name) for name in (ARM, GRIPPER))
     model = MultibodyPlant(time_step=0.0)
     add_models(model, "gen3.urdf")
     (own,) = {model.GetJointByName(name).model_instance() for name in JOINTS}
     context = plant.CreateDefaultContext()
+    mount.place(context)
     base = plant.GetBodyByName("base_link", arm)
     model.WeldFrames(
         model.world_frame(),
@@ -161,12 +161,12 @@ class ArmController(Diagram):
         cls,
         builder: DiagramBuilder,
         plant: MultibodyPlant,
-        arm: ModelInstanceIndex,
-        hand: ModelInstanceIndex,
+        mount: HandMount,
     ) -> "ArmController":
         """Add a controller at the plant's own period and wire it to the plant."""
+        arm = plant.GetModelInstanceByName(ARM)
         controller = builder.AddNamedSystem(
-            "arm_controller", cls(control_model(plant, arm, hand), period=plant.time_step())
+            "arm_controller", cls(control_model(plant, mount), period=plant.time_step())
         )
         builder.Connect(plant.get_state_output_port(arm), controller.GetInputPort("state"))
         builder.Connect(

@@ -16,7 +16,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from models.scenes.parsing import add_models
+from diagrams.hand_mount import HandMount
 
 VIEW_FROM, VIEW_AT = (1.35, -1.05, 1.15), (0.38, 0.0, 0.68)
 """Where the standard view stands and looks [m]."""
@@ -43,7 +43,7 @@ class StillCamera:
         """
         builder = DiagramBuilder()
         self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-        add_models(self._plant, "station.dmd.yaml")
+        HandMount(self._plant)
         self._plant.Finalize()
         # One lamp beside the camera and one high on the other side, so that faces differ.
         lamps = [

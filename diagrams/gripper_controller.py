@@ -1,5 +1,7 @@
 """The 2F-85 as its user sees it: an opening in metres goes in, opening and force come out."""
 
+from functools import lru_cache
+
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -75,6 +77,12 @@ def add_finger_inertia(
             )
 
 
+@lru_cache(maxsize=16)
+def _knuckle_angle(width: float) -> float:
+    """Of an opening [m]; asked at every step, and the same for many."""
+    return float(gripper.knuckle_angle(width))
+
+
 class _KnuckleCommand(LeafSystem):
     """Opening [m] to knuckle angle [rad]."""
 
@@ -85,9 +93,8 @@ class _KnuckleCommand(LeafSystem):
         def calc(context: Context, output: BasicVector) -> None:
             place = f"gripper.position_command at {context.get_time():.3f} s"
             width = finite_number(opening.Eval(context)[0], place, valid="metres")
-            output[0] = gripper.knuckle_angle(width)
+            output[0] = _knuckle_angle(width)
 
-        # Once a command, not once a step.
         self.DeclareVectorOutputPort("knuckle", 1, calc, {opening.ticket()})
 
 
@@ -99,11 +106,8 @@ class _Measured(LeafSystem):
         state = self.DeclareVectorInputPort("state", plant.num_multibody_states(hand))
         torque = self.DeclareVectorInputPort("torque", plant.num_actuators(hand))
         joint = plant.GetJointByName("left_knuckle", hand)
-        knuckle = sorted(
-            plant.get_joint(index).position_start()
-            for index in plant.GetJointIndices(hand)
-            if plant.get_joint(index).num_positions()
-        ).index(joint.position_start())
+        positions = plant.GetPositionsFromArray(hand, np.arange(plant.num_positions()))
+        knuckle = positions.tolist().index(joint.position_start())
 
         def calc_opening(context: Context, output: BasicVector) -> None:
             output[0] = gripper.opening(state.Eval(context)[knuckle])

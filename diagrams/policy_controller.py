@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
 from diagrams.action_executor import PERIOD, Execution
 from diagrams.decisions import By, Decision, Sight, Step
@@ -114,14 +114,18 @@ class PolicyController(LeafSystem):
         """Read the episode from this system's context."""
         return context.get_abstract_state(self._memory).get_value()
 
-    def _update(self, context: Context, state: State) -> None:
+    def _update(self, context: Context, state: State) -> EventStatus:
         episode = self.episode(context)
+        if episode.verdict != Verdict.RUNNING:
+            return EventStatus.DidNothing()
         execution: Execution = self._execution.Eval(context)
-        if episode.verdict != Verdict.RUNNING or execution.sequence != episode.sequence:
-            return
+        if execution.sequence != episode.sequence:
+            return EventStatus.DidNothing()
         after = self._advance(context, episode, execution)
-        if after is not episode:
-            state.get_mutable_abstract_state(self._memory).set_value(after)
+        if after is episode:
+            return EventStatus.DidNothing()
+        state.get_mutable_abstract_state(self._memory).set_value(after)
+        return EventStatus.Succeeded()
 
     def _advance(self, context: Context, episode: Episode, execution: Execution) -> Episode:
         """Wait for the motion's end, then for rest, then judge and choose."""

@@ -189,8 +189,6 @@ class PolicyRun:
         plans: list[tuple[Move | Grip, ...]] = []
         fault = ""
         try:
-            with simulating():
-                simulator.Initialize()
             while root.get_time() < start_time + TIME_LIMIT:
                 with simulating():
                     simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)

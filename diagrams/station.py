@@ -11,11 +11,12 @@ from pydrake.systems.primitives import Demultiplexer
 from diagrams.arm_controller import ArmController, prepare_arm
 from diagrams.contact import TIME_STEP, use_grasp_contact
 from diagrams.gripper_controller import GRIP_FORCE, GripperController, prepare_gripper
+from diagrams.hand_mount import HandMount
 from diagrams.state_identifier import StateIdentifier
 from models.arrays import finite_number, finite_vector
 from models.scenes import gripper
 from models.scenes.inputs import finite_pose
-from models.scenes.parsing import ARM, CUBE, GRIPPER, add_models
+from models.scenes.parsing import ARM, CUBE, GRIPPER
 from models.scenes.planning_scene import HOME
 
 FRAME = 1.0 / 24.0
@@ -66,8 +67,8 @@ class Station(Diagram):
     Both commands must be connected; one that is not finite ends the simulation with a `ModelError`.
     The arm obeys the limits of its speed and acceleration (`ArmController`). Before a simulation
     starts, call `initialize` on the root context: the references of arm and gripper are state, and
-    begin at zero otherwise. Torques, forces and contacts are those of the last step, zero before
-    the first.
+    begin at zero otherwise. Torques, forces and contacts are those of the step that begins, and
+    cost its computation where it is not taken next.
     """
 
     def __init__(
@@ -93,14 +94,17 @@ class Station(Diagram):
         self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step)
         plant = self.plant
         use_grasp_contact(plant)
-        add_models(plant, "station.dmd.yaml")
+        # Sampled ports copy every step's results, whether read or not.
+        plant.SetUseSampledOutputPorts(False)
+        self.mount = HandMount(plant)
+        """How the hand sits on the arm."""
         arm, hand = (plant.GetModelInstanceByName(name) for name in (ARM, GRIPPER))
         prepare_arm(plant, arm)
         prepare_gripper(plant, hand, grip_force)
         plant.Finalize()
         self._cube = plant.GetBodyByName(CUBE)
 
-        self._arm = ArmController.add_to_builder(builder, plant, arm, hand)
+        self._arm = ArmController.add_to_builder(builder, plant, self.mount)
         self._gripper = GripperController.add_to_builder(builder, plant, hand)
         measured = builder.AddNamedSystem("arm_state", Demultiplexer([len(HOME)] * 2))
         builder.Connect(plant.get_state_output_port(arm), measured.get_input_port())
@@ -159,6 +163,7 @@ class Station(Diagram):
         context = self.plant.GetMyMutableContextFromRoot(root)
         hand = self.plant.GetModelInstanceByName(GRIPPER)
         self.plant.SetPositions(context, self.plant.GetModelInstanceByName(ARM), q)
+        self.mount.place(context)
         angles = gripper.joint_positions(float(gripper.knuckle_angle(width)))
         for name, angle in zip(gripper.JOINTS, angles, strict=True):
             self.plant.GetJointByName(name, hand).set_angle(context, angle)

@@ -192,7 +192,7 @@ def print_summary(result: Mapping[str, Any]) -> None:
         )
     for found in result["arm"]:
         print(
-            f"{found['swing']}: by the whole arm {found['displacement_mm']:.2f} mm, "
-            f"{found['halved_displacement_mm']:.2f} with half the step, so "
-            f"{found['without_step_mm']:.3f} without; on slides {found['slides_slip_mm']:.3f}"
+            f"{found['swing']}: by the whole arm {found['displacement_mm']:.3f} mm, "
+            f"{found['halved_displacement_mm']:.3f} with half the step; "
+            f"on slides {found['slides_slip_mm']:.3f}"
         )

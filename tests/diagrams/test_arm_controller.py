@@ -34,8 +34,9 @@ def measured(station, root, name):
     return station.GetOutputPort(f"arm.{name}").Eval(root)
 
 
-def weight(plant, q):
+def weight(station, q):
     """Joint torques ``[7]`` [N m] that hold the robot: slopes of its centre of mass' height."""
+    plant, mount = station.plant, station.mount
     robot = [plant.GetModelInstanceByName(name) for name in (ARM, GRIPPER)]
     bodies = [plant.get_body(i) for each in robot for i in plant.GetBodyIndices(each)]
     mass = sum(body.default_mass() for body in bodies)
@@ -43,6 +44,7 @@ def weight(plant, q):
 
     def height(q):
         plant.SetPositions(context, robot[0], q)
+        mount.place(context)
         return plant.CalcCenterOfMassPositionInWorld(context, robot)[2]
 
     step = 1e-5 * np.eye(7)
@@ -57,7 +59,7 @@ def test_the_torques_measured_are_those_that_carry_arm_and_hand(station):
         simulator, root, _ = started(station, q)
         simulator.AdvanceTo(0.1)
         torque = measured(station, root, "torque_measured")
-        assert torque == pytest.approx(weight(station.plant, q), abs=0.05)
+        assert torque == pytest.approx(weight(station, q), abs=0.05)
         assert measured(station, root, "position_measured") == pytest.approx(q, abs=1e-4)
         assert measured(station, root, "limited_samples") == 0
     # Stretched level, the shoulder needs four fifths of what it has for the weight alone.
@@ -65,13 +67,13 @@ def test_the_torques_measured_are_those_that_carry_arm_and_hand(station):
 
 
 def torque_share(station, q):
-    return np.abs(weight(station.plant, q) / TORQUE).max()
+    return np.abs(weight(station, q) / TORQUE).max()
 
 
 def test_the_controllers_own_model_is_the_robot_with_its_hand_wherever_it_stands(station):
     plant = station.plant
     arm, hand = (plant.GetModelInstanceByName(name) for name in (ARM, GRIPPER))
-    model = control_model(plant, arm, hand)
+    model = control_model(plant, station.mount)
     mass = sum(
         plant.get_body(i).default_mass() for each in (arm, hand) for i in plant.GetBodyIndices(each)
     )
@@ -81,7 +83,7 @@ def test_the_controllers_own_model_is_the_robot_with_its_hand_wherever_it_stands
     for q in np.random.default_rng(1).uniform(-2.0, 2.0, (5, 7)):
         model.SetPositions(context, q)
         told = -model.CalcGravityGeneralizedForces(context)
-        assert told == pytest.approx(weight(plant, q), abs=1e-4)
+        assert told == pytest.approx(weight(station, q), abs=1e-4)
 
 
 def test_what_the_hand_holds_is_felt(station):

@@ -134,6 +134,7 @@ def test_the_grip_is_as_strong_as_asked(force):
 def _at_home(station):
     context = station.plant.CreateDefaultContext()
     station.plant.SetPositions(context, station.plant.GetModelInstanceByName("arm"), HOME)
+    station.mount.place(context)
     return context
 
 

@@ -12,6 +12,7 @@ from pydrake.systems.framework import PortDataType
 
 import diagrams
 from diagrams.station import Station
+from models.scenes.planning_scene import HOME
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (Path(diagrams.__file__).parent / "station.md").read_text(encoding="utf-8")
@@ -27,6 +28,8 @@ def ports(station):
     """Name → (in or out, type) of every port there is, as the page writes it."""
     root = station.CreateDefaultContext()
     station.initialize(root, X_WO=START)
+    station.GetInputPort("arm.position_command").FixValue(root, HOME)
+    station.GetInputPort("gripper.position_command").FixValue(root, [0.085])
 
     def kind(port):
         if port.get_data_type() == PortDataType.kVectorValued:

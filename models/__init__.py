@@ -18,8 +18,8 @@ The rooms, in reading order; each knows only those above it, and `task.spaces`:
 Beside them `models.rotations` (every notation of the thesis), `models.printed` (rotation matrices
 as logs print them), `models.dh` (Denavit–Hartenberg parameters, as a second opinion),
 `models.compiled` (numba, with a cache that watches the functions that are called),
-`models.arrays` (numbers from users, looked at before anything computes with them) and
-`models.errors`.
+`models.arrays` (numbers from users, looked at before anything computes with them),
+`models.texts` (so too for their text files) and `models.errors`.
 
 What a user of the robots wants is handed on here and loads on first use. For example::
 

@@ -121,7 +121,7 @@ def print_table(assessment: Assessment, physics: dict[str, Any], folder: Path) -
 
     def share(value: Share) -> str:
         low, high = value.interval
-        return f"{value.value:6.1%}   [{low:.0%}, {high:.0%}]"
+        return f"{value.value:6.1%}   [{low:.1%}, {high:.1%}]"
 
     rows = [
         ("states demonstrated", f"{assessment.demonstrated_fraction:6.2%}"),

@@ -61,11 +61,6 @@ def nameless_cost(model: TransitionModel) -> np.ndarray:
     return (takes & np.isin(target, TILTED)).astype(np.float64)
 
 
-def surprise(model: TransitionModel) -> np.ndarray:
-    """How uncertain each pair's outcome is, 1 − max P; float64 ``[n_pairs]``."""
-    return 1.0 - model.P.max(axis=1).toarray().ravel()
-
-
 def factors() -> Mapping[str, np.ndarray]:
     """What states have in common, int64 ``[N_STATES + 1]`` each; −1 for *lost* throughout.
 

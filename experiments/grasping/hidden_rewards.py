@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.grasping.costs import LEFT_OUT, costs, factors, nameless_cost, surprise
+from experiments.grasping.costs import LEFT_OUT, costs, factors, nameless_cost
 from irl.demonstrators import OracleDemonstrator
 from irl.metrics import HORIZON
 from irl.planning import policy_success, uniform_policy
@@ -125,7 +125,7 @@ def draw(task: TaskData, numbers: Iterable[int], seed: int) -> list[HiddenReward
         numbers: which.
         seed: of the generator; those of development and of reports differ.
     """
-    named = costs(task.model) | {"surprise": surprise(task.model)}
+    named = costs(task.model) | {"surprise": task.model.surprise}
     named[LEFT_OUT] = nameless_cost(task.model)
     return [_reward(task, named, number, seed) for number in numbers]
 

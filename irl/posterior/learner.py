@@ -68,7 +68,7 @@ class GoalLearner:
         """
         self.problem, self._rng, self._config = problem, rng, config or GoalConfig()
         model = problem.model
-        named = {SURPRISE: 1.0 - model.P.max(axis=1).toarray().ravel(), **problem.costs}
+        named = {SURPRISE: model.surprise, **problem.costs}
         # A cost that is the same for all that can be done in each state is none.
         kept = {name: cost for name, cost in named.items() if np.ptp(cost) > 0}
         table = np.column_stack([*kept.values(), np.ones(model.n_pairs)])

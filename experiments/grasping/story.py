@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import tyro
 
-from experiments.grasping.enough import Enough, run_enough
-from experiments.grasping.rewards import Rewards, run_rewards
+from experiments.grasping.hidden.enough import Enough, run_enough
+from experiments.grasping.hidden.rewards import Rewards, run_rewards
 from experiments.kit.command import Output
 
 Config = (

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.grasping.costs import LEFT_OUT, costs, factors, nameless_cost
+from experiments.grasping.hidden.costs import LEFT_OUT, costs, factors, nameless_cost
 from irl.demonstrators import OracleDemonstrator
 from irl.metrics import HORIZON
 from irl.planning import policy_success, uniform_policy

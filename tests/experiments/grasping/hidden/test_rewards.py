@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from experiments.grasping.enough import counted
-from experiments.grasping.lessons import shared_setting, shown_runs, will_do
-from experiments.grasping.rewards import run_lesson, summary
+from experiments.grasping.hidden.enough import counted
+from experiments.grasping.hidden.lessons import shared_setting, shown_runs, will_do
+from experiments.grasping.hidden.rewards import run_lesson, summary
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.posterior.audit import FIRST, Audit
 from irl.posterior.enough import LEARNT, REACHES, UNSURE, UNTRIED, EnoughRule, claim

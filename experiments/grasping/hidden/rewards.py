@@ -1,6 +1,6 @@
 """``rewards``: hidden rewards that learners were not made for (`experiments.grasping`).
 
-Rewards are drawn by `experiments.grasping.hidden_rewards`. Every learner is shown runs to their
+Rewards are drawn by `experiments.grasping.hidden.drawn`. Every learner is shown runs to their
 ends, from starts drawn by chance, and judged over all free states, from the worst of them, and by
 its choices in every state that it was not shown. ``goal_posterior`` asks questions besides, those
 that are expected to tell most.
@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from experiments.grasping.lessons import LEARNERS, Setting, lesson, shared_setting
+from experiments.grasping.hidden.lessons import LEARNERS, Setting, lesson, shared_setting
 from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS, run_jobs, start_workers
 from experiments.kit.kept_rows import KeptRows

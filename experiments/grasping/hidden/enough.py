@@ -1,6 +1,6 @@
 """``enough``: lessons that end when the learner says so, and whether it was right.
 
-Each lesson is about another hidden reward (`experiments.grasping.hidden_rewards`). The learner is
+Each lesson is about another hidden reward (`experiments.grasping.hidden.drawn`). The learner is
 right if its policy reaches the goal from the free states with 0.99 and its choices are as good as
 the demonstrator's in 0.90 of the states.
 """
@@ -14,9 +14,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from experiments.grasping.costs import LEFT_OUT
-from experiments.grasping.hidden_rewards import is_nameless, with_noise
-from experiments.grasping.lessons import Setting, asked, shared_setting, shown_runs
+from experiments.grasping.hidden.costs import LEFT_OUT
+from experiments.grasping.hidden.drawn import is_nameless, with_noise
+from experiments.grasping.hidden.lessons import Setting, asked, shared_setting, shown_runs
 from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS, run_jobs, start_workers
 from experiments.kit.kept_rows import KeptRows

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments.grasping.costs import costs, factors
-from experiments.grasping.hidden_rewards import HiddenReward, draw, with_noise
+from experiments.grasping.hidden.costs import costs, factors
+from experiments.grasping.hidden.drawn import HiddenReward, draw, with_noise
 from experiments.kit.robot_task import load_robot_task
 from irl.collection import demonstrate_to_the_end
 from irl.demonstrations import Demonstrations

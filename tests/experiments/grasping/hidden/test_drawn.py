@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from experiments.grasping.costs import costs, factors, nameless_cost
-from experiments.grasping.hidden_rewards import RANGES, TILT, HabitualDemonstrator, draw, with_noise
+from experiments.grasping.hidden.costs import costs, factors, nameless_cost
+from experiments.grasping.hidden.drawn import RANGES, TILT, HabitualDemonstrator, draw, with_noise
 from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK
 from models.task.spaces import N_FREE, Kind, decode_actions, decode_states

@@ -14,7 +14,7 @@ from diagrams.decisions import Decision
 from diagrams.faults import SimulatorFault, first_line, simulating
 from diagrams.loads import LoadMeter, Loads
 from diagrams.policy_controller import Episode, PolicyController, Verdict
-from diagrams.state_identifier import lying_state
+from diagrams.state_identifier import REST_SPAN, lying_state
 from diagrams.station import Station
 from models.errors import ModelError
 from models.motion.planner import ActionPlanner, Grip, Move
@@ -61,7 +61,7 @@ class Played:
     Attributes:
         start: index of the state the cube was placed in.
         episode: what the controller did.
-        seconds: simulated time.
+        seconds: simulated time, with the last moment, in which it is judged.
         postures: the plant's positions at the start and after each action, ``[n, n_q]``.
         loads: what the arm's joints did at most.
         fault: the simulator's message if it failed, which judges nothing, and below it the
@@ -202,10 +202,12 @@ class PolicyRun:
                     progress(root.get_time() - start_time, episode)
                 if episode.verdict != Verdict.RUNNING:
                     break
+            episode = self.controller.episode(controller_context)
+            lies_in = self._watch_lying(simulator, plant_context)
         except SimulatorFault as error:
-            fault = error.text
-        episode = self.controller.episode(controller_context)
-        success = not fault and self._lying_state(plant_context) in self._goals
+            fault, lies_in = error.text, LOST
+            episode = self.controller.episode(controller_context)
+        success = lies_in in self._goals
         seconds, loads = root.get_time() - start_time, self._meter.read(root)
         if pause > _BEFORE and not fault:
             root.SetTime(root.get_time() + pause - _BEFORE)
@@ -214,9 +216,11 @@ class PolicyRun:
             start, episode, seconds, np.array(postures), loads, fault, tuple(plans), success
         )
 
-    def _lying_state(self, plant_context: Context) -> int:
-        """What the simulator knows of the cube, as `lying_state` calls it."""
+    def _watch_lying(self, simulator: Simulator, plant_context: Context) -> int:
+        """What `lying_state` calls the cube, by what the simulator knows of it in its time."""
+        simulator.clear_monitor()
         cube = self.station.plant.GetBodyByName(CUBE)
-        return lying_state(
-            cube.EvalPoseInWorld(plant_context), cube.EvalSpatialVelocityInWorld(plant_context)
-        )
+        before = cube.EvalPoseInWorld(plant_context)
+        with simulating():
+            simulator.AdvanceTo(simulator.get_context().get_time() + REST_SPAN)
+        return lying_state(cube.EvalPoseInWorld(plant_context), before)

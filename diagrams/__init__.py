@@ -6,7 +6,8 @@ The rooms, in reading order:
 * `arm_controller`, `gripper_controller`, `limiter`, `reference_ramp`: commands to joints;
 * `hand_mount`: how the hand sits on the arm, and why;
 * `state_identifier`: measured poses to the index of a state;
-* `action_executor`: a requested action to commands, planned and timed;
+* `action_executor`: a requested action to commands, planned, timed and watched;
+* `execution`: the phases of an action, what is watched in each, and how one brakes;
 * `decisions`: which action to take, by a policy's table, by a forecast from the true pose, or told;
 * `policy_controller`: what is seen to requests for actions, by a decision;
 * `policy_run`: all of that in one diagram, an episode simulated;

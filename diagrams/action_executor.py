@@ -1,19 +1,26 @@
 """Carries out the task's actions: grasp, translate, rotate, drop (thesis 5.8.2)."""
 
-from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
-from pydrake.trajectories import Trajectory
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    EventStatus,
+    InputPort,
+    LeafSystem,
+    State,
+)
 
-from models.arrays import finite_number, finite_vector
+from diagrams.execution.timeline import Timeline
+from diagrams.execution.watches import LOOK, Measured, Vigil
 from models.errors import ModelError
-from models.motion.planner import ActionPlanner, Grip, Infeasible, Move
-from models.motion.timing import time_path
+from models.motion.failures import ActionFailure, Infeasible
+from models.motion.planner import ActionPlanner, Grip, Move
 from models.scenes import gripper
 from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, decode_states
@@ -22,56 +29,10 @@ PERIOD = 0.01
 """Between two looks at the request [s]."""
 
 
-class Timeline:
-    """A plan laid out in time: what to command at any moment since its start."""
-
-    def __init__(
-        self, q: np.ndarray, width: float, plan: Sequence[Move | Grip], velocity_limit: np.ndarray
-    ) -> None:
-        """Start at ``q [7]`` [rad] with the pads ``width`` [m] apart, then follow ``plan``.
-
-        Raises:
-            ModelError: if ``q`` is not so many finite angles, ``width`` not a finite number, or a
-                move of the plan is no path (`time_path`).
-        """
-        q = finite_vector(q, len(HOME), "q")
-        width = finite_number(width, "width", valid="metres")
-        self.plan = tuple(plan)
-        """What it follows."""
-        self._starts = [0.0]
-        self._arm: list[Trajectory | np.ndarray] = [np.array(q)]
-        self._width = [float(width)]
-        now = 0.0
-        for part in plan:
-            if isinstance(part, Move):
-                path = time_path(part.waypoints, velocity_limit, cuts=part.cuts)
-                self._arm.append(path)
-                seconds, q = path.end_time(), part.waypoints[-1]
-            else:
-                self._arm.append(np.array(q))
-                seconds, width = part.seconds, part.width
-            self._starts.append(now)
-            self._width.append(float(width))
-            now += seconds
-        self._starts.append(now)
-        self._arm.append(np.array(q))
-        self._width.append(float(width))
-        self.duration = now
-
-    def arm(self, t: float) -> np.ndarray:
-        """Joint angles ``[7]`` [rad], ``t`` seconds after the start."""
-        index = self._part(t)
-        arm = self._arm[index]
-        if isinstance(arm, np.ndarray):
-            return arm
-        return arm.value(t - self._starts[index]).ravel()
-
-    def width(self, t: float) -> float:
-        """Commanded opening [m], ``t`` seconds after the start."""
-        return self._width[self._part(t)]
-
-    def _part(self, t: float) -> int:
-        return max(0, bisect_right(self._starts, t) - 1)
+OVERTIME = 2.0
+"""How long after a plan's end its last posture may be still to be reached [s]."""
+ARRIVED = 0.02
+"""How near to its command an arm has arrived [rad]."""
 
 
 @dataclass(frozen=True)
@@ -83,20 +44,26 @@ class Execution:
         action: index of the action, −1 before the first.
         started: time at which it started [s].
         finished: whether its motion is over.
-        failure: why it could not be planned; empty if it could.
+        failure: why it was not carried out, or not to its end; None if it was.
+        reason: the same for a person; empty if it was.
     """
 
     sequence: int = 0
     action: int = -1
     started: float = 0.0
     finished: bool = True
-    failure: str = ""
+    failure: ActionFailure | None = None
+    reason: str = ""
 
 
 @dataclass(frozen=True)
 class _Memory:
+    """What is executed, what is commanded since when, and what was seen meanwhile."""
+
     execution: Execution
     timeline: Timeline
+    since: float = 0.0
+    vigil: Vigil = field(default_factory=lambda: Vigil(RigidTransform()))
 
     def __deepcopy__(self, memo: dict) -> "_Memory":
         """Itself: nothing in it changes, and Drake copies states at every update."""
@@ -104,20 +71,28 @@ class _Memory:
 
 
 class ActionExecutor(LeafSystem):
-    """Plans and plays the requested action.
+    """Plans and plays the requested action, and watches over it.
 
     ::
 
-                             ┌────────────────┐
-         request ────────────┤                ├── arm.position_command      [7] rad
-         task.state ─────────┤ ActionExecutor ├── gripper.position_command  [1] m
-         object.pose ────────┤                ├── execution                 Execution
-                             └────────────────┘
+                                     ┌────────────────┐
+                         request ────┤                ├── arm.position_command      [7] rad
+                      task.state ────┤                ├── gripper.position_command  [1] m
+                     object.pose ────┤                ├── execution                 Execution
+            object.pose_measured ────┤ ActionExecutor │
+           arm.position_measured ────┤                │
+       gripper.position_measured ────┤                │
+          gripper.force_measured ────┤                │
+                                     └────────────────┘
 
     `request` is [sequence, action], whole numbers; a new sequence number, from 1 on, starts the
     action. [0, −1] asks for nothing. A request that comes while another is under way waits until
     that one has finished. The executor commands the posture and opening given at construction
     until the first request, so the station must start there.
+
+    Actions are planned with `object.pose`. What is measured besides is watched, phase by phase
+    (`diagrams.execution`), where it is connected: an action that goes wrong brakes along its own
+    path, keeps the fingers as they are, and ends with its failure.
 
     A request that is none ends the simulation with a `ModelError`: parts of numbers, an action
     without a number of its own, or no action of the task.
@@ -139,9 +114,12 @@ class ActionExecutor(LeafSystem):
         self._planner = planner
         self._request = self.DeclareVectorInputPort("request", 2)
         self._task_state = self.DeclareVectorInputPort("task.state", 1)
-        self._object = self.DeclareAbstractInputPort(
-            "object.pose", AbstractValue.Make(RigidTransform())
-        )
+        pose = AbstractValue.Make(RigidTransform())
+        self._object = self.DeclareAbstractInputPort("object.pose", pose)
+        self._measured_object = self.DeclareAbstractInputPort("object.pose_measured", pose)
+        self._measured_arm = self.DeclareVectorInputPort("arm.position_measured", len(HOME))
+        self._opening = self.DeclareVectorInputPort("gripper.position_measured", 1)
+        self._force = self.DeclareVectorInputPort("gripper.force_measured", 1)
         hold = Timeline(q, width, (), planner.velocity_limit)
         self._memory = self.DeclareAbstractState(Value(_Memory(Execution(), hold)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(PERIOD, 0.0, self._update)
@@ -168,27 +146,65 @@ class ActionExecutor(LeafSystem):
 
     def execution(self, context: Context) -> Execution:
         """Read how far the last request is from this system's context."""
-        return context.get_abstract_state(self._memory).get_value().execution
+        return self._remembered(context).execution
 
     def plan(self, context: Context) -> tuple[Move | Grip, ...]:
         """Read how the last request is carried out; nothing before the first, or if it cannot."""
-        return context.get_abstract_state(self._memory).get_value().timeline.plan
+        return self._remembered(context).timeline.plan
+
+    def _remembered(self, context: Context) -> _Memory:
+        return context.get_abstract_state(self._memory).get_value()
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        memory = context.get_abstract_state(self._memory).get_value()
-        execution, timeline = memory.execution, memory.timeline
-        sequence, action = self._read_request(context, execution)
-        now = context.get_time()
-        if not execution.finished:
-            if now < execution.started + timeline.duration:
-                return EventStatus.DidNothing()
-            execution = Execution(execution.sequence, execution.action, execution.started, True)
-        if sequence != execution.sequence:
-            execution, timeline = self._plan(context, sequence, action, timeline)
-        if execution is memory.execution:
+        memory = before = self._remembered(context)
+        sequence, action = self._read_request(context, memory.execution)
+        if not memory.execution.finished:
+            memory = self._go_on(context, memory)
+        if memory.execution.finished and sequence != memory.execution.sequence:
+            memory = self._plan(context, sequence, action, memory)
+        if memory is before:
             return EventStatus.DidNothing()
-        state.get_mutable_abstract_state(self._memory).set_value(_Memory(execution, timeline))
+        state.get_mutable_abstract_state(self._memory).set_value(memory)
         return EventStatus.Succeeded()
+
+    def _go_on(self, context: Context, memory: _Memory) -> _Memory:
+        """Watch over what is under way, and end it when it is over; itself if nothing changes."""
+        elapsed = context.get_time() - memory.since
+        execution, timeline = memory.execution, memory.timeline
+        if execution.failure is None and _is_look(elapsed):
+            vigil = memory.vigil.looked(timeline.watch(elapsed), self._look(context, memory))
+            if vigil.failure is not None:
+                failed = replace(execution, failure=vigil.failure, reason="on the way")
+                rest = timeline.braked(elapsed)
+                return _Memory(failed, rest, context.get_time(), vigil)
+            if vigil is not memory.vigil:
+                memory = replace(memory, vigil=vigil)
+        if elapsed < timeline.duration:
+            return memory
+        behind = self._behind(context, timeline.arm(elapsed))
+        if execution.failure is None and behind is not None and behind > ARRIVED:
+            if elapsed < timeline.duration + OVERTIME:
+                return memory
+            late = f"{behind:.3f} rad behind"
+            execution = replace(execution, failure=ActionFailure.OVERTIME, reason=late)
+        return replace(memory, execution=replace(execution, finished=True))
+
+    def _look(self, context: Context, memory: _Memory) -> Measured:
+        """What is seen now, of what is connected."""
+        command = memory.timeline.arm(context.get_time() - memory.since)
+        seen = [self._read(port, context) for port in (self._opening, self._force)]
+        opening, force = (None if values is None else float(values[0]) for values in seen)
+        X_WO = self._read(self._measured_object, context)
+        return Measured(self._behind(context, command), opening, force, X_WO)
+
+    def _behind(self, context: Context, command: np.ndarray) -> float | None:
+        """The joints' largest distance from their command [rad]; None if nothing measures them."""
+        q = self._read(self._measured_arm, context)
+        return None if q is None else float(np.abs(q - command).max())
+
+    @staticmethod
+    def _read(port: InputPort, context: Context) -> Any:
+        return port.Eval(context) if port.HasValue(context) else None
 
     def _read_request(self, context: Context, execution: Execution) -> tuple[int, int]:
         """Sequence number and action that are asked for.
@@ -210,14 +226,13 @@ class ActionExecutor(LeafSystem):
             )
         return sequence, action
 
-    def _plan(
-        self, context: Context, sequence: int, action: int, before: Timeline
-    ) -> tuple[Execution, Timeline]:
+    def _plan(self, context: Context, sequence: int, action: int, before: _Memory) -> _Memory:
         """Plan an action from where the last one ended."""
         position, _, hand = decode_states(int(self._task_state.Eval(context)[0]))
-        now, end = context.get_time(), before.duration
-        q, width = before.arm(end), before.width(end)
-        failure = ""
+        now, end = context.get_time(), before.timeline.duration
+        q, width = before.timeline.arm(end), before.timeline.width(end)
+        X_WO = self._object.Eval(context)
+        execution = Execution(sequence, action, now, False)
         plan: Sequence[Move | Grip] = ()
         try:
             plan = self._planner.plan(
@@ -226,24 +241,25 @@ class ActionExecutor(LeafSystem):
                 int(hand) if hand >= 0 else None,
                 q,
                 width,
-                self._object.Eval(context),
+                X_WO,
             )
-        except Infeasible as reason:
-            failure = str(reason)
+        except Infeasible as refused:
+            execution = Execution(sequence, action, now, True, refused.failure, str(refused))
         timeline = Timeline(q, width, plan, self._planner.velocity_limit)
-        return Execution(sequence, action, now, bool(failure), failure), timeline
-
-    def _elapsed(self, context: Context) -> tuple[Timeline, float]:
-        memory = context.get_abstract_state(self._memory).get_value()
-        return memory.timeline, context.get_time() - memory.execution.started
+        return _Memory(execution, timeline, now, Vigil(X_WO))
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:
-        timeline, elapsed = self._elapsed(context)
-        output.SetFromVector(timeline.arm(elapsed))
+        memory = self._remembered(context)
+        output.SetFromVector(memory.timeline.arm(context.get_time() - memory.since))
 
     def _calc_gripper(self, context: Context, output: BasicVector) -> None:
-        timeline, elapsed = self._elapsed(context)
-        output[0] = timeline.width(elapsed)
+        memory = self._remembered(context)
+        output[0] = memory.timeline.width(context.get_time() - memory.since)
 
     def _calc_execution(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._memory).get_value().execution)
+        output.set_value(self._remembered(context).execution)
+
+
+def _is_look(elapsed: float) -> bool:
+    """Whether one of the updates, `PERIOD` apart, is a look, `LOOK` apart."""
+    return round(elapsed / PERIOD) % round(LOOK / PERIOD) == 0

@@ -15,6 +15,7 @@ from pydrake.math import RigidTransform
 
 from irl.policy import Policy
 from models.errors import ModelError
+from models.motion.failures import ActionFailure
 from models.task.discretise import nearest_column
 from models.task.forecast import Scenes, arrival, free_scene, held_scene, outcomes
 from models.task.spaces import (
@@ -61,7 +62,7 @@ class Step:
         next_state: index of the state it led to.
         started: seconds.
         ended: seconds, when the outcome was read.
-        failure: why it could not be carried out; empty if it was.
+        failure: why it could not be carried out, or not to its end; None if it was.
         chosen_by: what chose it.
     """
 
@@ -70,8 +71,13 @@ class Step:
     next_state: int
     started: float
     ended: float
-    failure: str = ""
+    failure: ActionFailure | None = None
     chosen_by: By = By.POLICY
+
+    @property
+    def stood(self) -> bool:
+        """Whether the robot did not even set out, because it knew beforehand of the failure."""
+        return self.failure is not None and self.failure.is_foreseen
 
 
 @dataclass(frozen=True)
@@ -113,24 +119,30 @@ class Decision(Protocol):
 
 
 class Table:
-    """The thesis' decision: the action that the policy has for the state, whatever its pose."""
+    """The thesis' decision: the action that the policy has for the state, whatever its pose.
+
+    Where that could not be carried out, it is the next one by the policy's values, if it has any.
+    """
 
     goes_by_poses = False
 
     def __init__(self, policy: Policy | np.ndarray) -> None:
         """Act by a policy, or by its action table ``[n_states]``, −1 where there is none."""
         self._action = policy.action if isinstance(policy, Policy) else np.asarray(policy)
+        self._q = policy.q if isinstance(policy, Policy) else None
 
     def state(self, sight: Sight) -> int:
         """As it was identified."""
         return sight.state
 
     def choose(self, sight: Sight, steps: Sequence[Step]) -> Choice | None:
-        """What the table says; nothing once an action could not be carried out."""
-        action = int(self._action[sight.state])
-        if action < 0 or (steps and steps[-1].failure):
-            return None
-        return Choice(action, By.POLICY)
+        """What the table says, of what has not failed here."""
+        own, failed = int(self._action[sight.state]), _failed(sight.state, steps)
+        if own >= 0 and own not in failed:
+            return Choice(own, By.POLICY)
+        ranked = [] if own < 0 or self._q is None else _ranked(self._q[sight.state])
+        action = next((action for action in ranked if action not in failed), None)
+        return None if action is None else Choice(action, By.UNTRIED)
 
 
 class Forecast:
@@ -138,7 +150,8 @@ class Forecast:
 
     If that reaches a goal within `HORIZON` actions, the policy's action is taken; else the first
     action, by the policy's values, after which the policy does; else the best that was not yet
-    tried here. What could not be carried out here is not tried again.
+    tried here. What could not be planned here is not tried again; what was ended on the way is,
+    from where the cube is then.
     """
 
     goes_by_poses = True
@@ -180,14 +193,14 @@ class Forecast:
             return None
         own = int(self._policy.action[state])
         here = [step for step in steps if step.state == state]
-        failed = {step.action for step in here if step.failure}
-        taken = [step.action for step in here]
+        failed = _failed(state, steps)
+        # That the cube was moved by others says nothing of an action.
+        taken = [step.action for step in here if step.failure != ActionFailure.DISPLACED]
         doubted = {action for action in taken if taken.count(action) >= DOUBTED} | failed
         scene = self._scene(sight, state)
         if own >= 0 and own not in doubted and self._arrives(scene, [own])[0]:
             return Choice(own, By.POLICY)
-        q = self._policy.q[state]
-        ranked = [int(a) for a in np.argsort(-q, kind="stable") if np.isfinite(q[a])]
+        ranked = _ranked(self._policy.q[state])
         open_to = [action for action in ranked if action not in doubted]
         for some in (open_to[:FIRST], open_to[FIRST:]):
             arrives = self._arrives(scene, some)
@@ -220,6 +233,16 @@ class Forecast:
                 state, R_WG[int(hand)].T @ sight.X_WO.rotation().matrix(), np.zeros(3)
             )
         return held_scene(state, known.R_GO, known.p_GO)
+
+
+def _failed(state: int, steps: Sequence[Step]) -> set[int]:
+    """Actions that cannot be carried out in a state, as was found."""
+    return {step.action for step in steps if step.state == state and step.stood}
+
+
+def _ranked(q: np.ndarray) -> list[int]:
+    """Actions with a value, the best first."""
+    return [int(a) for a in np.argsort(-q, kind="stable") if np.isfinite(q[a])]
 
 
 class Correctable:

@@ -5,11 +5,13 @@ from enum import StrEnum
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
 from diagrams.action_executor import PERIOD, Execution
 from diagrams.decisions import By, Decision, Sight, Step
+from diagrams.execution.watches import LOOK
+from diagrams.state_identifier import identify_state
 from models.task.spaces import N_FREE
 from models.task.tracking import NOTHING, InHand
 
@@ -26,6 +28,7 @@ class Verdict(StrEnum):
     NO_ACTION = "no action"
     INFEASIBLE = "infeasible"
     OUT_OF_ACTIONS = "out of actions"
+    OUT_OF_TIME = "out of time"
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,7 @@ class Episode:
         action: index of the action then requested, −1 before the first.
         chosen_by: what chose it.
         in_hand: what is known of a held cube's pose in the hand.
+        lying: what was seen of a free cube's pose in the world since the last motion ended.
     """
 
     steps: tuple[Step, ...] = ()
@@ -51,6 +55,7 @@ class Episode:
     action: int = -1
     chosen_by: By = By.POLICY
     in_hand: InHand = NOTHING
+    lying: InHand = NOTHING
 
     def __deepcopy__(self, memo: dict) -> "Episode":
         """Itself: nothing in it changes, and Drake copies states at every update."""
@@ -65,14 +70,16 @@ class PolicyController(LeafSystem):
                        ┌──────────────────┐
          task.state ───┤                  ├── request     [sequence, action]
         object.pose ───┤                  ├── task.state  index, as the decision calls it
-           tcp.pose ───┤ PolicyController ├── episode     Episode
-          execution ───┤                  │
+           tcp.pose ───┤ PolicyController ├── object.pose RigidTransform, as it is believed to be
+          execution ───┤                  ├── episode     Episode
                told ───┤                  │
                        └──────────────────┘
 
-    The first request is made after `SETTLE` seconds. A decision that goes by the state's name
-    alone needs no poses. `told` is the index of an action that somebody outside asks for, −1 for
-    none; nothing asks where it is not connected, and only `Correctable` obeys.
+    The first request is made after `SETTLE` seconds. Looks at poses are `LOOK` seconds apart, and
+    each refines what is believed of the cube: in the world where it lies, in the hand where it is
+    held. A decision that goes by the state's name alone needs no poses; one that goes by them has
+    the state named by what is believed. `told` is the index of an action that somebody outside asks
+    for, −1 for none; nothing asks where it is not connected, and only `Correctable` obeys.
     """
 
     def __init__(
@@ -107,6 +114,9 @@ class PolicyController(LeafSystem):
         self.DeclareVectorOutputPort("request", 2, self._calc_request, memory)
         self.DeclareVectorOutputPort("task.state", 1, self._calc_state, memory)
         self.DeclareAbstractOutputPort(
+            "object.pose", lambda: AbstractValue.Make(RigidTransform()), self._calc_object
+        )
+        self.DeclareAbstractOutputPort(
             "episode", lambda: Value(Episode()), self._calc_episode, memory
         )
 
@@ -133,11 +143,13 @@ class PolicyController(LeafSystem):
         if not execution.finished:
             return episode
         if episode.finished_at < 0.0:
-            return replace(episode, finished_at=now)
-        sight = self._look(context, episode)
+            return self._look(context, replace(episode, finished_at=now, lying=NOTHING))
+        if round((now - episode.finished_at) / PERIOD) % round(LOOK / PERIOD) == 0:
+            episode = self._look(context, episode)
         if now < episode.finished_at + SETTLE:
-            return replace(episode, in_hand=sight.in_hand)
+            return episode
 
+        sight = self._sight(context, episode)
         state = self._decision.state(sight)
         steps = episode.steps
         if episode.sequence:
@@ -151,7 +163,7 @@ class PolicyController(LeafSystem):
                 episode.chosen_by,
             )
             steps = (*steps, step)
-        over = replace(episode, steps=steps, state=state, finished_at=now, in_hand=sight.in_hand)
+        over = replace(episode, steps=steps, state=state, finished_at=now)
         if state in self._goals:
             return replace(over, verdict=Verdict.GOAL)
         if state == self._lost:
@@ -160,7 +172,7 @@ class PolicyController(LeafSystem):
         if choice is None:
             failed = bool(steps and steps[-1].failure)
             return replace(over, verdict=Verdict.INFEASIBLE if failed else Verdict.NO_ACTION)
-        if len(steps) >= self._max_actions:
+        if sum(not step.stood for step in steps) >= self._max_actions:
             return replace(over, verdict=Verdict.OUT_OF_ACTIONS)
         return replace(
             over,
@@ -170,22 +182,39 @@ class PolicyController(LeafSystem):
             chosen_by=choice.by,
         )
 
-    def _look(self, context: Context, episode: Episode) -> Sight:
-        """What is seen now, the cube's pose in the hand refined by it."""
+    def _look(self, context: Context, episode: Episode) -> Episode:
+        """What is known of the cube's pose after one more look, where it is measured."""
+        if not (self._object.HasValue(context) and self._tcp.HasValue(context)):
+            return episode
+        X_WO = self._object.Eval(context)
+        cube = X_WO.rotation().matrix(), X_WO.translation()
+        if self._is_held(context):
+            X_WG = self._tcp.Eval(context)
+            seen = episode.in_hand.measured(X_WG.rotation().matrix(), X_WG.translation(), *cube)
+            return replace(episode, in_hand=seen, lying=NOTHING)
+        lying = episode.lying.measured(np.eye(3), np.zeros(3), *cube)
+        return replace(episode, in_hand=episode.in_hand.released(), lying=lying)
+
+    def _is_held(self, context: Context) -> bool:
+        return N_FREE <= int(self._task_state.Eval(context)[0]) < self._lost
+
+    def _believed(self, context: Context, episode: Episode) -> RigidTransform:
+        """Where the cube is, by all looks; as it is measured now if there were none."""
+        known = episode.lying if episode.lying.count else episode.in_hand
+        if not known.count:
+            return self._object.Eval(context)
+        X = RigidTransform(RotationMatrix(known.R_GO), known.p_GO)
+        return X if known is episode.lying else self._tcp.Eval(context) @ X
+
+    def _sight(self, context: Context, episode: Episode) -> Sight:
+        """What the decision goes by."""
         state = int(self._task_state.Eval(context)[0])
         told = int(self._told.Eval(context)[0]) if self._told.HasValue(context) else -1
         if not self._decision.goes_by_poses:
             return Sight(state, told=told)
-        X_WO, in_hand = self._object.Eval(context), episode.in_hand.released()
-        if N_FREE <= state < self._lost:
-            X_WG = self._tcp.Eval(context)
-            in_hand = episode.in_hand.measured(
-                X_WG.rotation().matrix(),
-                X_WG.translation(),
-                X_WO.rotation().matrix(),
-                X_WO.translation(),
-            )
-        return Sight(state, X_WO, in_hand, told)
+        X_WO = self._believed(context, episode)
+        state = identify_state(X_WO, self._tcp.Eval(context), self._is_held(context))
+        return Sight(state, X_WO, episode.in_hand, told)
 
     def _calc_request(self, context: Context, output: BasicVector) -> None:
         episode = self.episode(context)
@@ -193,6 +222,9 @@ class PolicyController(LeafSystem):
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         output[0] = self.episode(context).state
+
+    def _calc_object(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._believed(context, self.episode(context)))
 
     def _calc_episode(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.episode(context))

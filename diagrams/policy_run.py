@@ -1,7 +1,7 @@
 """A policy played in full physics: station, executor and policy controller, simulated."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -30,6 +30,11 @@ LOOK_PERIOD = 0.2
 """Simulated time between two looks at an episode from outside [s]."""
 TIME_LIMIT = 300.0
 """Simulated time after which an episode is cut off [s]."""
+WATCHED = (
+    *("object.pose", "arm.position_measured"),
+    *("gripper.position_measured", "gripper.force_measured"),
+)
+"""The station's ports that the executor watches on its way."""
 _BEFORE = 1e-6
 """From the last look at an episode's end to the next one's start: less than a picture [s]."""
 
@@ -101,7 +106,7 @@ class PolicyRun:
        │  PolicyController ──request──► ActionExecutor ──commands──►   │
        │        ▲    ▲                      │       ▲        Station   │
        │        │    └──────execution───────┘       │           │      │
-       │        └──────────task.state───────────────┴───────────┘      │
+       │        └──────────task.state, poses────────┴───────────┘      │
        └──────────────────────────────────────────────────────────────┘
     """
 
@@ -135,8 +140,11 @@ class PolicyRun:
         for name in ("object.pose", "tcp.pose"):
             builder.Connect(self.station.GetOutputPort(name), self.controller.GetInputPort(name))
         builder.Connect(
-            self.station.GetOutputPort("object.pose"), executor.GetInputPort("object.pose")
+            self.controller.GetOutputPort("object.pose"), executor.GetInputPort("object.pose")
         )
+        for name in WATCHED:
+            measured = "object.pose_measured" if name == "object.pose" else name
+            builder.Connect(self.station.GetOutputPort(name), executor.GetInputPort(measured))
         builder.Connect(self.controller.GetOutputPort("request"), executor.GetInputPort("request"))
         builder.Connect(
             executor.GetOutputPort("execution"), self.controller.GetInputPort("execution")
@@ -203,6 +211,8 @@ class PolicyRun:
                 if episode.verdict != Verdict.RUNNING:
                     break
             episode = self.controller.episode(controller_context)
+            if episode.verdict == Verdict.RUNNING:
+                episode = replace(episode, verdict=Verdict.OUT_OF_TIME)
             lies_in = self._watch_lying(simulator, plant_context)
         except SimulatorFault as error:
             fault, lies_in = error.text, LOST

@@ -136,7 +136,7 @@ def _course(rig: ArmRig, config: TrialConfig, pair: Pair, noise: Noise) -> Trial
             simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
         execution = rig.executor.execution(executor)
         if execution.failure:
-            return _fault(f"no plan: {execution.failure}")
+            return _fault(f"no plan: {execution.reason}")
     with simulating():
         simulator.AdvanceTo(root.get_time() + SETTLE)
 

@@ -80,7 +80,7 @@ def imagine(
             return Imagined(start, tuple(steps), verdict, tuple(taken))
         assert choice is not None
         now = float(len(steps))
-        steps.append(Step(state, choice.action, LOST, now, now + 1.0, "", choice.by))
+        steps.append(Step(state, choice.action, LOST, now, now + 1.0, None, choice.by))
         after = outcomes(scene, np.array([choice.action]))
         drawn = int(rng.choice(after.probability.size, p=after.probability))
         scene = after.scenes.select(np.array([drawn]))

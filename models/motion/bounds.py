@@ -16,6 +16,7 @@ from models.scenes import gripper
 from models.scenes.planning_scene import PlanningScene
 from models.scenes.robots import Robot
 from models.scenes.topology import links_of_bodies
+from models.task.spaces import CUBE_EDGE
 
 QUERY = 0.03
 """How far to look for distances [m]; looking further costs more than it saves on a segment."""
@@ -52,24 +53,40 @@ class MotionBounds:
         context = plant.CreateDefaultContext()
         plant.SetPositions(context, scene.arm_instance, np.zeros(n_joints))
         axes = [joint.frame_on_child().CalcPoseInWorld(context) for joint in joints]
-        centres = _centres(axes)
+        self._axes, self._centres = axes, _centres(axes)
         self._link: dict[GeometryId, int] = {}
         boxes = []
         for index, link in links.items():
             body = plant.get_body(index)
             for geometry in plant.GetCollisionGeometriesForBody(body):
                 self._link[geometry] = link
-                boxes.append((link, body, self._corners(geometry)))
+                if geometry != scene.carried:
+                    boxes.append((link, body, self._corners(geometry)))
 
-        self.levers = np.zeros((n_joints + 1, n_joints))
+        self._bare = np.zeros((n_joints + 1, n_joints))
         for fingers in _openings(scene.robot):
             for name, angle in zip(scene.robot.finger_joints, fingers, strict=True):
                 plant.GetJointByName(name, scene.hand_instance).set_angle(context, angle)
             for link, body, corners in boxes:
                 if link:
-                    points = body.EvalPoseInWorld(context) @ corners
-                    levers = self.levers[link, :link]
-                    np.maximum(levers, _levers(points, axes[:link], centres[:link]), out=levers)
+                    self._lengthen(self._bare, link, body.EvalPoseInWorld(context) @ corners)
+        self.levers = self._bare.copy()
+        if scene.carried is not None:
+            corners = self._corners(scene.carried)
+            body = plant.GetFrameByName("tcp").body()
+            self._lengthen(self.levers, n_joints, body.EvalPoseInWorld(context) @ corners)
+
+    def carry(self, X_GO: RigidTransform) -> None:
+        """Have the scene's carried cube lie in the hand at ``X_GO`` (`PlanningScene.carry`)."""
+        self.scene.carry(X_GO)
+        X_WO = self.scene.forward(np.zeros(len(self._axes))) @ X_GO
+        self.levers = self._bare.copy()
+        self._lengthen(self.levers, len(self._axes), X_WO @ (0.5 * CUBE_EDGE * _CORNERS))
+
+    def _lengthen(self, levers: np.ndarray, link: int, points: np.ndarray) -> None:
+        """Make ``levers`` reach ``points [3, n]`` [m] of a link, in the world with all joints 0."""
+        own = levers[link, :link]
+        np.maximum(own, _levers(points, self._axes[:link], self._centres[:link]), out=own)
 
     def _corners(self, geometry: GeometryId) -> np.ndarray:
         """Corners ``[3, 8]`` [m] of a box about a shape, in its body's frame."""

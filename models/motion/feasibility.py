@@ -13,8 +13,9 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from models.maps.reachability import ReachabilityMap
+from models.motion.failures import Infeasible
 from models.motion.paths import PathPlanner
-from models.motion.planner import ActionPlanner, Infeasible
+from models.motion.planner import ActionPlanner
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME, PlanningScene
 from models.task.spaces import (

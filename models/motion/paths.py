@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
+from pydrake.math import RigidTransform
 
 from models.arrays import finite_array, finite_number
 from models.errors import ModelError
@@ -79,6 +80,10 @@ class PathPlanner:
             raise ModelError(f"scene: {type(scene).__name__}; valid: a PlanningScene")
         self.scene, self.margin = scene, _checked_margin(margin)
         self._bounds = MotionBounds(scene)
+
+    def carry(self, X_GO: RigidTransform) -> None:
+        """Have the scene's carried cube lie in the hand at ``X_GO`` (`PlanningScene.carry`)."""
+        self._bounds.carry(X_GO)
 
     def segment_is_free(
         self, q_from: np.ndarray, q_to: np.ndarray, margin: float | None = None

@@ -4,13 +4,17 @@ What is left out of the checks, and why:
 
 * the cube against the table and the box: it lies there;
 * the cube against the hand from the moment the fingers close: they are to touch it. It then
-  counts as part of the hand, as a cylinder that contains it however it is turned;
-* that cylinder against the table while the hand lifts the cube straight up to the lower layer
-  of cells: the cube rises from where it stood;
-* the cube while the hand withdraws straight up after a drop: it falls away beneath.
+  counts as part of the hand, where it was measured to be in it;
+* the held cube against the table while the hand lifts it straight up to the lower layer of cells:
+  it rises from where it stood;
+* the cube while the hand withdraws straight up after a drop, or to begin anew from beside it: it
+  falls away beneath.
 
 The closing axis is level in all 18 orientations, so fingers that move straight up or down
 never push the cube between them.
+
+A cube on the table lies flat, whatever was measured of its height and tilt. Where the arm's first
+posture for a pose leads nowhere, other families of postures are tried, if the planner may search.
 """
 
 from collections.abc import Sequence
@@ -20,16 +24,21 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.math import RigidTransform
 
-from models.inverse_kinematics.optimised import follow
+from models.inverse_kinematics.solution import Failure
 from models.inverse_kinematics.solver import IkSolver
 from models.maps.gripper_poses import grasp_position, gripper_pose, via_position
 from models.maps.pose_solver import CLOSED_MARGIN
 from models.maps.reachability import ReachabilityMap
+from models.motion.cube import in_hand, lying
+from models.motion.failures import ActionFailure, Infeasible
+from models.motion.families import families, first_that_works
 from models.motion.paths import PathPlanner, wind_path
+from models.motion.straight import straight_up, withdrawal
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME, MARGIN, PlanningScene
 from models.task.spaces import CUBE_EDGE, GRID_Z, POSITIONS, REST_HEIGHT, VERTICAL, Action, Kind
 
+_MET = (Failure.SELF_COLLISION, Failure.COLLISION, Failure.BLOCKED)  # within reach, but not free
 APPROACH = 0.08
 """Height above the grasp from which the open hand comes straight down [m]."""
 WITHDRAWALS = (0.10, 0.05, 0.0)
@@ -37,18 +46,10 @@ WITHDRAWALS = (0.10, 0.05, 0.0)
 
 A level hand near the robot cannot rise far; in the upper layer the cube falls clear of it.
 """
-RISE = 0.04
-"""Largest step of a straight motion [m]; between steps the joints move in proportion."""
-JOINT_STEP = 0.6
-"""Largest joint motion in such a step [rad]; more would be another posture."""
-GRASP_HEIGHTS = (0.515, 0.56)
-"""Heights of the cube's centre at which it is grasped; others are clipped to them [m]."""
-
-_UP = np.array([0.0, 0.0, 1.0])
-
-
-class Infeasible(Exception):  # noqa: N818 - an answer rather than an error
-    """The action cannot be carried out; the message says why."""
+AT_CELL = 0.005, 0.05
+"""How far a hand may be from a cell and orientation that it is said to be in [m], [rad]."""
+RAISED = 0.04
+"""By how much a held cube is first raised that touches something where it is [m]."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class ActionPlanner:
         self._empty, self._carrying = (
             PathPlanner(PlanningScene(carrying=carrying)) for carrying in (False, True)
         )
-        self._solver = IkSolver(self._empty.scene)
+        self._solvers = {paths: IkSolver(paths.scene) for paths in (self._empty, self._carrying)}
         self.velocity_limit = self._carrying.scene.velocity_limit
         """Of the joints, ``[7]`` [rad/s]."""
 
@@ -124,18 +125,18 @@ class ActionPlanner:
             Infeasible: if the action does not fit the state, or no free motion is found.
         """
         if position not in range(len(POSITIONS)):
-            raise Infeasible("the cube is lost")
+            raise Infeasible(ActionFailure.UNFIT, "the cube is lost")
         target = action.target
         if gripper is None:
             if action.kind != Kind.GRASP or target is None:
-                raise Infeasible("the cube is not held")
-            return self._grasp(target, position, q, width, X_WO)
+                raise Infeasible(ActionFailure.UNFIT, "the cube is not held")
+            return self._grasp(target, position, q, width, lying(X_WO))
         if action.kind == Kind.GRASP:
-            raise Infeasible("the cube is held already")
+            raise Infeasible(ActionFailure.UNFIT, "the cube is held already")
         if target is None:
             return self._drop(position, gripper, q, X_WO)
         there = (target, gripper) if action.kind == Kind.TRANSLATE else (position, target)
-        return (self._carry((position, gripper), there, q),)
+        return (self._carry((position, gripper), there, q, X_WO),)
 
     def posture(self, position: int, gripper: int) -> np.ndarray | None:
         """Joint angles ``[7]`` [rad] that hold the cube in a cell, None if out of reach."""
@@ -155,88 +156,125 @@ class ActionPlanner:
             via for via in (goal, start, start + goal, *self._crossroads(there[0], here[0])) if via
         ]
 
-    def _carry(self, here: tuple[int, int], there: tuple[int, int], q: np.ndarray) -> Move:
+    def _carry(
+        self, here: tuple[int, int], there: tuple[int, int], q: np.ndarray, X_WO: RigidTransform
+    ) -> Move:
         """Bring the held cube to another cell or orientation."""
-        if here == there:
-            raise Infeasible("the hand is there already")
-        goal = self.posture(*there)
+        paths, goal = self._carrying, self.posture(*there)
+        X_WG = gripper_pose(POSITIONS[there[0]], there[1])
+        if here == there and self._is_at(there, q):
+            raise Infeasible(ActionFailure.UNFIT, "the hand is there already")
         if goal is None:
-            raise Infeasible(f"cell {there[0]} is out of reach of gripper {there[1]}")
-        return _rounded(
-            self._carrying, self._path(self._carrying, q, goal, self.detours(here, there))
-        )
+            raise Infeasible(
+                ActionFailure.OUT_OF_REACH, f"cell {there[0]} is out of reach of gripper {there[1]}"
+            )
+        paths.carry(in_hand(paths.scene.forward(q), X_WO))
+        begun = q[None]
+        if not paths.scene.is_free(q, MARGIN):
+            begun = straight_up(self._empty_hand(CUBE_EDGE, None), q, RAISED)
+
+        def bring(goal: np.ndarray) -> Move:
+            way = self._path(paths, begun[-1], goal, self.detours(here, there))
+            return _rounded(paths, np.vstack([begun, way[1:]]))
+
+        return first_that_works(bring, goal, lambda: self._others(paths, X_WG, goal))
 
     def _grasp(
         self, gripper: int, position: int, q: np.ndarray, width: float, X_WO: RigidTransform
     ) -> tuple[Move | Grip, ...]:
         """Open, come down on the cube, close, and lift it to the middle of its cell."""
-        column = POSITIONS[position]
-        nominal = np.array([column[0], column[1], REST_HEIGHT])
+        x, y, _ = POSITIONS[position]
+        nominal = np.array([x, y, REST_HEIGHT])
         seed = self._map.posture(grasp_position(nominal, gripper), gripper)
-        cell = self.posture(position, gripper)
-        if seed is None or cell is None:
-            raise Infeasible(f"gripper {gripper} does not reach a cube on the table there")
-        x, y, z = X_WO.translation()
-        p_WO = np.array([x, y, np.clip(z, *GRASP_HEIGHTS)])
-        X_WG = gripper_pose(grasp_position(p_WO, gripper), gripper)
+        if seed is None or self.posture(position, gripper) is None:
+            raise Infeasible(
+                ActionFailure.OUT_OF_REACH,
+                f"gripper {gripper} does not reach a cube on the table there",
+            )
+        X_WG = gripper_pose(grasp_position(X_WO.translation(), gripper), gripper)
 
         paths = self._empty_hand(MAX_OPENING, X_WO)
-        answer = self._solver.solve(X_WG, seed=seed)
-        if answer.q is None:
-            raise Infeasible(f"gripper {gripper} at the cube: {answer.failure}")
-        down = self._straight_up(paths, answer.q, APPROACH)[::-1]
-        via = self._via(position, gripper)
-        path = self._path(paths, q, down[0], [via, *self._crossroads(position)])
-        approach = _rounded(paths, wind_path(paths.scene, [*path, *down[1:]]))
-        q_grasp = approach.waypoints[-1]
+        begun = q[None]
+        if not paths.scene.is_free(q, MARGIN):
+            begun = withdrawal(self._empty_hand(MAX_OPENING, None), q, WITHDRAWALS)
+            self._empty_hand(MAX_OPENING, X_WO)
+        answer = self._solvers[paths].solve(X_WG, seed=seed)
+        nearest = answer.q
+        if nearest is None:
+            kind = ActionFailure.NO_ROOM if answer.failure in _MET else ActionFailure.OUT_OF_REACH
+            raise Infeasible(kind, f"gripper {gripper} at the cube: {answer.failure}")
 
+        def take(q_grasp: np.ndarray) -> tuple[Move | Grip, ...]:
+            approach = self._approach(begun, q_grasp, position, gripper, X_WO)
+            return approach, CLOSE, self._raise(approach.waypoints[-1], position, gripper, X_WO)
+
+        def others() -> list[np.ndarray]:
+            return self._others(self._empty_hand(MAX_OPENING, X_WO), X_WG, nearest)
+
+        opening = () if width > MAX_OPENING - 1e-3 else (OPEN,)
+        return (*opening, *first_that_works(take, nearest, others))
+
+    def _approach(
+        self,
+        begun: np.ndarray,
+        q_grasp: np.ndarray,
+        position: int,
+        gripper: int,
+        X_WO: RigidTransform,
+    ) -> Move:
+        """Come down on the cube with open fingers, after a first part of the way ``[n, 7]``."""
+        paths = self._empty_hand(MAX_OPENING, X_WO)
+        down = straight_up(paths, q_grasp, APPROACH)[::-1]
+        vias = [self._via(position, gripper), *self._crossroads(position)]
+        path = self._path(paths, begun[-1], down[0], vias)
+        return _rounded(paths, wind_path(paths.scene, [*begun, *path[1:], *down[1:]]))
+
+    def _raise(
+        self, q_grasp: np.ndarray, position: int, gripper: int, X_WO: RigidTransform
+    ) -> Move:
+        """Lift the cube that the fingers have closed on, and bring it to the middle of its cell."""
+        cell = self.posture(position, gripper)
+        assert cell is not None
         paths = self._empty_hand(CUBE_EDGE, None)
         if not paths.scene.is_free(q_grasp, CLOSED_MARGIN):
-            raise Infeasible(f"gripper {gripper} at the cube: closed, it touches something")
-        height = max(0.0, GRID_Z[0] - X_WG.translation()[2])
-        lift = self._straight_up(paths, q_grasp, height, CLOSED_MARGIN)
-        centring = self._path(self._carrying, lift[-1], cell, [via])
-        opening = () if width > MAX_OPENING - 1e-3 else (OPEN,)
-        raising = _rounded(self._carrying, np.vstack([lift, centring[1:]]))
-        return (*opening, approach, CLOSE, raising)
+            raise Infeasible(
+                ActionFailure.NO_ROOM,
+                f"gripper {gripper} at the cube: closed, it touches something",
+            )
+        height = max(0.0, GRID_Z[0] - paths.scene.forward(q_grasp).translation()[2])
+        lift = straight_up(paths, q_grasp, height, CLOSED_MARGIN)
+        self._carrying.carry(in_hand(paths.scene.forward(q_grasp), X_WO))
+        centring = self._path(self._carrying, lift[-1], cell, [self._via(position, gripper)])
+        return _rounded(self._carrying, np.vstack([lift, centring[1:]]))
 
     def _drop(
         self, position: int, gripper: int, q: np.ndarray, X_WO: RigidTransform
     ) -> tuple[Move | Grip, ...]:
-        """Open, withdraw straight up, and go home."""
+        """Open, withdraw straight up, and go home; first to the cell, if the hand is not there."""
+        here = (position, gripper)
+        centring: tuple[Move, ...] = ()
+        if not self._is_at(here, q):
+            with suppress(Infeasible):
+                centring = (self._carry(here, here, q, X_WO),)
+                q = centring[0].waypoints[-1]
         paths = self._empty_hand(MAX_OPENING, None)
         if not paths.scene.is_free(q, MARGIN):
-            raise Infeasible("there is no room to open the fingers")
-        up = self._withdraw(paths, q)
+            raise Infeasible(ActionFailure.NO_ROOM, "there is no room to open the fingers")
+        up = withdrawal(paths, q, WITHDRAWALS)
         x, y, _ = X_WO.translation()
         paths = self._empty_hand(MAX_OPENING, RigidTransform(np.array([x, y, REST_HEIGHT])))
         vias = [self._via(position, gripper), *self._crossroads(position)]
         home = self._path(paths, up[-1], HOME, vias)
-        return OPEN, _rounded(paths, np.vstack([up, home[1:]]))
+        return (*centring, OPEN, _rounded(paths, np.vstack([up, home[1:]])))
 
-    def _withdraw(self, paths: PathPlanner, q: np.ndarray) -> np.ndarray:
-        """Waypoints ``[n, 7]`` [rad] straight up, by the first of `WITHDRAWALS` that works."""
-        for height in WITHDRAWALS[:-1]:
-            with suppress(Infeasible):
-                return self._straight_up(paths, q, height)
-        return self._straight_up(paths, q, WITHDRAWALS[-1])
+    def _is_at(self, cell: tuple[int, int], q: np.ndarray) -> bool:
+        """Whether the hand is where a cell and an orientation have it."""
+        errors = self._carrying.scene.error(q, gripper_pose(POSITIONS[cell[0]], cell[1]))
+        return errors[0] <= AT_CELL[0] and errors[1] <= AT_CELL[1]
 
-    def _straight_up(
-        self, paths: PathPlanner, q: np.ndarray, height: float, margin: float = MARGIN
-    ) -> np.ndarray:
-        """Waypoints ``[n, 7]`` [rad] that raise the hand by ``height`` [m] without turning it."""
-        scene = paths.scene
-        X_WG = scene.forward(q)
-        waypoints = [q]
-        for rise in np.linspace(0.0, height, int(np.ceil(height / RISE)) + 1)[1:]:
-            X_target = RigidTransform(X_WG.rotation(), X_WG.translation() + rise * _UP)
-            q_next = follow(scene, X_target, waypoints[-1])
-            if q_next is None or np.abs(q_next - waypoints[-1]).max() > JOINT_STEP:
-                raise Infeasible("no posture follows the hand straight up")
-            if not paths.segment_is_free(waypoints[-1], q_next, margin):
-                raise Infeasible(f"straight up: too near, {scene.clearance(q_next).bodies}")
-            waypoints.append(q_next)
-        return np.array(waypoints)
+    def _others(self, paths: PathPlanner, X_WG: RigidTransform, q: np.ndarray) -> list[np.ndarray]:
+        """Postures ``[7]`` [rad] of other families than ``q [7]``; none without a search."""
+        return families(X_WG, q, self._solvers[paths]) if self._search else []
 
     def _path(
         self,
@@ -245,10 +283,12 @@ class ActionPlanner:
         goal: np.ndarray,
         vias: Sequence[Sequence[np.ndarray]],
     ) -> np.ndarray:
+        if not paths.scene.is_free(goal, MARGIN):
+            raise Infeasible(ActionFailure.NO_ROOM, "where it leads, something is too near")
         search = np.random.default_rng(0) if self._search else None
         path = paths.plan(q, goal, vias, search=search)
         if path is None:
-            raise Infeasible("no free path found")
+            raise Infeasible(ActionFailure.NO_PATH, "no free path found")
         return path
 
     def _via(self, position: int, gripper: int) -> list[np.ndarray]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.geometry import (
+    Box,
     CollisionFilterDeclaration,
     Cylinder,
     GeometryId,
@@ -18,7 +19,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
-from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex, RigidBody
+from pydrake.multibody.tree import JacobianWrtVariable, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from models.arrays import Array, finite_array, finite_number, finite_vector
@@ -62,6 +63,7 @@ class PlanningScene:
         plant: the scene's plant.
         context: the plant's own context, as the last question left it.
         inspector: of its shapes.
+        carried: the shape of the cube in the hand; None if the hand is empty.
         robot: the arm with its hand.
         arm_instance: model instance of the arm.
         hand_instance: model instance of the hand.
@@ -80,7 +82,8 @@ class PlanningScene:
         Args:
             carrying: the fingers stand `CUBE_EDGE` apart, and a cylinder about the closing axis
                 stands for the cube between them: it contains the cube however that is turned
-                between the pads. Otherwise the hand is empty and open.
+                between the pads, until `carry` says how it lies. Otherwise the hand is empty and
+                open.
             robot: the arm with its hand; one of the Gen3 Lite has six joint angles, not seven.
             setup: another base pose, tool or surroundings; None is the shipped scene.
 
@@ -91,6 +94,7 @@ class PlanningScene:
             raise ModelError(f"robot: {robot!r}; valid: a models.scenes.robots.Robot")
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
+        self._scene_graph = scene_graph
         if setup is None:
             add_models(self.plant, robot.station)
         else:
@@ -110,10 +114,11 @@ class PlanningScene:
         )
         self.inspector = scene_graph.model_inspector()
         self._filter = scene_graph.collision_filter_manager()
+        self.carried: GeometryId | None = None
         if carrying:
             if setup is not None and setup.tool is not None:
                 raise ModelError("carrying: a tool carries no cube; valid: a setup without a tool")
-            self._add_carried_cube(hand)
+            self.carried = self._add_carried_cube()
         self.plant.Finalize()
         self._query_port = self.plant.get_geometry_query_input_port()
         fixed = [self.cube, *self.plant.GetBodiesWeldedTo(self.plant.world_body())]
@@ -162,6 +167,26 @@ class PlanningScene:
         """Put the cube, as an obstacle, at ``X_WO``; None takes it out of the way."""
         X_WO = _AWAY if X_WO is None else finite_pose(X_WO, "X_WO")
         self.plant.SetFreeBodyPose(self.context, self.cube, X_WO)
+
+    def carry(self, X_GO: RigidTransform) -> None:
+        """Have the carried cube lie in the hand at ``X_GO``, in place of all its turns at once.
+
+        Raises:
+            ModelError: if the hand of this scene is empty, or the pose is none.
+        """
+        if self.carried is None:
+            raise ModelError("carry: the hand is empty; valid: a scene made with carrying=True")
+        graph = self._scene_graph
+        context = graph.GetMyMutableContextFromRoot(self._root)
+        graph.ChangeShape(
+            context,
+            self.plant.get_source_id(),
+            self.carried,
+            Box(CUBE_EDGE, CUBE_EDGE, CUBE_EDGE),
+            self._tcp.GetFixedPoseInBodyFrame() @ finite_pose(X_GO, "X_GO"),
+        )
+        # A shape that changes forgets what it may touch.
+        graph.collision_filter_manager(context).Apply(self._touching_fingers(self.carried))
 
     def forward(self, q: np.ndarray) -> RigidTransform:
         """X_WG at joint angles ``q [7]`` [rad]."""
@@ -240,7 +265,7 @@ class PlanningScene:
         names = (self.plant.get_body(i).scoped_name().get_full() for i in self._robot)
         return name in names
 
-    def _add_carried_cube(self, hand: ModelInstanceIndex) -> None:
+    def _add_carried_cube(self) -> GeometryId:
         """Weld a cylinder that contains the cube, however turned, between the fingers."""
         X_GC = RigidTransform(RotationMatrix.MakeXRotation(np.pi / 2))
         carried = self.plant.RegisterCollisionGeometry(
@@ -250,12 +275,14 @@ class PlanningScene:
             "carried_cube",
             CoulombFriction(0.0, 0.0),
         )
-        fingers = [self.plant.get_body(index) for index in self.plant.GetBodyIndices(hand)]
-        self._filter.Apply(
-            CollisionFilterDeclaration().ExcludeBetween(
-                GeometrySet(carried), self.plant.CollectRegisteredGeometries(fingers)
-            )
-        )
+        self._filter.Apply(self._touching_fingers(carried))
+        return carried
+
+    def _touching_fingers(self, carried: GeometryId) -> CollisionFilterDeclaration:
+        """What lets the carried cube touch the hand."""
+        hand = self.plant.GetBodyIndices(self.hand_instance)
+        fingers = self.plant.CollectRegisteredGeometries([self.plant.get_body(i) for i in hand])
+        return CollisionFilterDeclaration().ExcludeBetween(GeometrySet(carried), fingers)
 
     def _pairs(self, q: np.ndarray, limit: float) -> list[SignedDistancePair]:
         self._set(q)

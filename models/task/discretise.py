@@ -35,8 +35,8 @@ Y_LIMITS = (GRID_Y[0] - 0.05, GRID_Y[-1] + 0.05)
 """Where a free cube's centre is on the grid, metres."""
 
 
-BESIDE = 0.025
-"""How far beyond the grid a cube on the table can still be grasped [m]; the table goes further."""
+TABLE_X, TABLE_Y = (0.35, 0.75), (-0.2, 0.2)
+"""Where a cube's centre is on the table, metres; beyond, it falls."""
 LYING = 0.01
 """Largest height of a cube's centre above or below that of one at rest that counts as lying [m]."""
 
@@ -99,23 +99,21 @@ def identify(
 
 
 def nearest_column(p_WO: ArrayLike) -> Indices:
-    """Lower cell of the column of a cube that lies on the table, on the grid or beside it.
-
-    Up to `BESIDE` beyond the grid it belongs to the nearest column.
+    """Lower cell of the nearest column to a cube that lies on the table, on the grid or beside it.
 
     Args:
         p_WO: cube centre ``[..., 3]`` in metres.
 
     Returns:
-        Position ``[...]``; −1 for a cube that is further away, or does not lie on the table.
+        Position ``[...]``; −1 for a cube that does not lie on the table.
 
     Raises:
         ModelError: if the shape is another or a value is not finite.
     """
     x, y, z = np.moveaxis(_points("p_WO", p_WO), -1, 0)
     there = (
-        (np.abs(x - np.clip(x, *X_LIMITS)) <= BESIDE)
-        & (np.abs(y - np.clip(y, *Y_LIMITS)) <= BESIDE)
+        (np.clip(x, *TABLE_X) == x)
+        & (np.clip(y, *TABLE_Y) == y)
         & (np.abs(z - REST_HEIGHT) <= LYING)
     )
     return np.where(there, (_nearest(GRID_X, x) * 3 + _nearest(GRID_Y, y)) * 2, -1)

@@ -20,7 +20,7 @@ action.
 """
 AGREE = 3
 """So many measurements in a row far from the mean are a slip, fewer are noise."""
-MEMORY = 100
+MEMORY = 12
 """Older measurements than so many count less and less, because a held cube creeps."""
 
 
@@ -70,7 +70,7 @@ class InHand:
             return InHand(R, p, 1)
         if not self._is_far(R, p):
             count = min(self.count + 1, MEMORY)
-            R = _nearest_rotation(self.R_GO + (R - self.R_GO) / count)
+            R = nearest_rotation(self.R_GO + (R - self.R_GO) / count)
             return InHand(R, self.p_GO + (p - self.p_GO) / count, count, self.slips)
         far = (*self._far, (R, p))
         if len(far) < AGREE:
@@ -80,7 +80,7 @@ class InHand:
             count = slipped.count + 1
             slipped = replace(
                 slipped,
-                R_GO=_nearest_rotation(slipped.R_GO + (R - slipped.R_GO) / count),
+                R_GO=nearest_rotation(slipped.R_GO + (R - slipped.R_GO) / count),
                 p_GO=slipped.p_GO + (p - slipped.p_GO) / count,
                 count=count,
             )
@@ -95,7 +95,7 @@ NOTHING = InHand()
 """Of an empty hand, or one that has just closed."""
 
 
-def _nearest_rotation(M: Array) -> Array:
+def nearest_rotation(M: Array) -> Array:
     """The rotation nearest to a mean of such ``[3, 3]``."""
     U, _, Vt = np.linalg.svd(M)
     return U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt

@@ -4,9 +4,11 @@ from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
-from diagrams.action_executor import ActionExecutor, Timeline
+from diagrams.action_executor import ActionExecutor
+from diagrams.execution.timeline import Timeline
 from models.errors import ModelError
-from models.motion.planner import Grip, Infeasible, Move
+from models.motion.failures import ActionFailure, Infeasible
+from models.motion.planner import Grip, Move
 from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, Kind, State
 
@@ -26,7 +28,7 @@ class Planner:
     def plan(self, action, position, gripper, q, width, X_WO):
         self.asked.append((action.index, position, gripper, q.copy(), width))
         if action.kind == Kind.TRANSLATE:
-            raise Infeasible("out of reach")
+            raise Infeasible(ActionFailure.OUT_OF_REACH, "too far")
         return (Move(np.array([q, ASIDE])), Grip(0.05, 0.5))
 
 
@@ -79,7 +81,7 @@ def test_a_request_is_planned_once_from_where_the_robot_is_and_played_to_its_end
     assert (action, position, gripper, width) == (DROP, 3, 10, 0.0)
     assert q == pytest.approx(HOME)
     execution = read(executor, context, "execution")
-    assert (execution.sequence, execution.finished, execution.failure) == (1, True, "")
+    assert (execution.sequence, execution.finished, execution.failure) == (1, True, None)
     assert read(executor, context, "arm.position_command") == pytest.approx(ASIDE)
     assert read(executor, context, "gripper.position_command") == pytest.approx([0.05])
     executor.GetInputPort("request").FixValue(context, [2, DROP])
@@ -93,7 +95,8 @@ def test_what_cannot_be_planned_moves_nothing_and_says_why():
     executor.GetInputPort("request").FixValue(context, [1, Action(Kind.TRANSLATE, 0).index])
     simulator.AdvanceTo(0.5)
     execution = read(executor, context, "execution")
-    assert (execution.finished, execution.failure) == (True, "out of reach")
+    assert (execution.finished, execution.failure) == (True, ActionFailure.OUT_OF_REACH)
+    assert execution.reason == "too far"
     assert read(executor, context, "arm.position_command") == pytest.approx(HOME)
 
 

@@ -23,6 +23,7 @@ from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.simulate.kinematic import imagine, imagine_all
 from irl.policy import Policy
 from models.errors import ModelError
+from models.motion.failures import ActionFailure
 from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Action, Kind, State
 
 ACTIONS = Path(__file__).parents[1] / "data" / "demo_actions.npz"
@@ -54,7 +55,7 @@ def seen(state, R=None, p=(0.55, 0.0, 0.52), told=-1):
     return Sight(state, RigidTransform(rotation, p), told=told)
 
 
-def step(state, action, failure=""):
+def step(state, action, failure=None):
     return Step(state, action, state, 0.0, 1.0, failure)
 
 
@@ -111,30 +112,55 @@ def test_the_forecast_takes_the_first_action_by_value_after_which_the_policy_arr
     forecast = Forecast(policy, GOAL)
     assert forecast.choose(sight, ()) == Choice(12, By.FORECAST)
     # What could not be carried out is not asked for again; then whatever was not yet tried.
-    failed = [step(start, 12, "out of reach")]
+    failed = [step(start, 12, ActionFailure.OUT_OF_REACH)]
     assert forecast.choose(sight, failed) == Choice(10, By.UNTRIED)
     # What was taken twice and brought the cube back here is doubted.
     assert forecast.choose(sight, [step(start, 12)]) == Choice(12, By.FORECAST)
     assert forecast.choose(sight, [step(start, 12)] * 2) == Choice(10, By.UNTRIED)
-    every = [step(start, a, "no free path found") for a in range(10, 18)]
+    every = [step(start, a, ActionFailure.NO_PATH) for a in range(10, 18)]
     assert forecast.choose(sight, every) is None
+    # What was ended on the way may be tried again; nobody blames an action for a push.
+    for failure in (ActionFailure.GRIP_LOST, ActionFailure.OBSTRUCTED, ActionFailure.OVERTIME):
+        assert forecast.choose(sight, [step(start, 12, failure)]) == Choice(12, By.FORECAST)
+        assert forecast.choose(sight, [step(start, 12, failure)] * 2).action != 12
+    pushed = [step(start, 12, ActionFailure.DISPLACED)] * 3
+    assert forecast.choose(sight, pushed) == Choice(12, By.FORECAST)
 
 
-def test_a_cube_beside_the_grid_is_lost_to_the_table_only(policy):
-    beside = seen(LOST, p=(0.4729, 0.0, 0.52))
+@pytest.mark.parametrize(
+    ("p", "cell"),
+    [
+        ((0.4729, 0.0, 0.52), 2),
+        ((0.43, -0.16, 0.52), 0),
+        ((0.68, 0.19, 0.522), 16),
+        ((0.473, 0.0, 0.02), None),
+        ((0.76, 0.0, 0.52), None),
+        ((0.55, -0.21, 0.52), None),
+    ],
+)
+def test_a_cube_beside_the_grid_is_lost_to_the_table_only(policy, p, cell):
+    """Lost to a forecast is what has left the table top, x from 0.35 to 0.75 m, y to ±0.2 m."""
+    beside, forecast = seen(LOST, p=p), Forecast(policy, GOAL)
     assert Table(policy).state(beside) == LOST
-    forecast = Forecast(policy, GOAL)
-    assert forecast.state(beside) == State(2, 0).index
-    fallen = seen(LOST, p=(0.473, 0.0, 0.02))
-    assert forecast.state(fallen) == LOST
-    assert forecast.choose(fallen, ()) is None
+    assert forecast.state(beside) == (LOST if cell is None else State(cell, 0).index)
+    assert (forecast.choose(beside, ()) is None) == (cell is None)
 
 
-def test_the_table_has_nothing_more_once_an_action_failed(policy):
+def test_the_table_has_what_it_values_next_once_an_action_could_not_be_planned(policy):
     state = State(14, 0).index
-    table = Table(policy)
-    assert table.choose(Sight(state), ()) == Choice(int(policy.action[state]), By.POLICY)
-    assert table.choose(Sight(state), [step(state, 3, "no way")]) is None
+    own, table = int(policy.action[state]), Table(policy)
+    assert table.choose(Sight(state), ()) == Choice(own, By.POLICY)
+    second = table.choose(Sight(state), [step(state, own, ActionFailure.NO_PATH)])
+    assert second.by == By.UNTRIED and second.action != own
+    assert np.isfinite(policy.q[state, second.action])
+    possible = np.flatnonzero(np.isfinite(policy.q[state]))
+    every = [step(state, int(a), ActionFailure.NO_ROOM) for a in possible]
+    assert table.choose(Sight(state), every) is None
+    assert table.choose(Sight(state), every[1:]).action == possible[0]
+    # What went wrong on the way is done again; a table without values has nothing else.
+    assert table.choose(Sight(state), [step(state, own, ActionFailure.GRIP_LOST)]).action == own
+    bare = Table(policy.action)
+    assert bare.choose(Sight(state), [step(state, own, ActionFailure.NO_PATH)]) is None
 
 
 def test_a_person_is_obeyed_where_there_is_one(policy):

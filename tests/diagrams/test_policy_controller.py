@@ -8,6 +8,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from diagrams.action_executor import Execution
 from diagrams.decisions import By, Choice, Correctable, Table
 from diagrams.policy_controller import PolicyController, Verdict
+from models.motion.failures import ActionFailure
 
 LOST, GOAL, STUCK = 5, 3, 4
 POLICY = np.array([0, 1, 2, 0, -1, -1])
@@ -16,7 +17,7 @@ POLICY = np.array([0, 1, 2, 0, -1, -1])
 class World(LeafSystem):
     """Four cells in a row: action a in cell s leads to ``jumps[s]`` after half a second."""
 
-    def __init__(self, start, jumps, failure=""):
+    def __init__(self, start, jumps, failure=None):
         super().__init__()
         self._jumps, self._failure = jumps, failure
         request = self.DeclareVectorInputPort("request", 2)
@@ -36,7 +37,7 @@ class World(LeafSystem):
         def execution(context, output):
             _, sequence, started, finished = context.get_discrete_state(index).value()
             output.set_value(
-                Execution(int(sequence), 0, started, bool(finished), failure if sequence else "")
+                Execution(int(sequence), 0, started, bool(finished), failure if sequence else None)
             )
 
         self.DeclarePeriodicDiscreteUpdateEvent(0.01, 0.0, update)
@@ -50,7 +51,7 @@ class World(LeafSystem):
         )
 
 
-def episode(start, jumps, failure="", max_actions=6, decision=None, told=None):
+def episode(start, jumps, failure=None, max_actions=6, decision=None, told=None):
     builder = DiagramBuilder()
     world = builder.AddSystem(World(start, jumps, failure))
     controller = builder.AddSystem(
@@ -88,10 +89,10 @@ def test_a_start_at_the_goal_needs_nothing():
 @pytest.mark.parametrize(
     ("jumps", "failure", "verdict", "steps"),
     [
-        ({0: LOST}, "", Verdict.LOST, 1),
-        ({0: STUCK}, "", Verdict.NO_ACTION, 1),
-        ({0: 0}, "", Verdict.OUT_OF_ACTIONS, 6),
-        ({0: 1}, "out of reach", Verdict.INFEASIBLE, 1),
+        ({0: LOST}, None, Verdict.LOST, 1),
+        ({0: STUCK}, None, Verdict.NO_ACTION, 1),
+        ({0: 0}, None, Verdict.OUT_OF_ACTIONS, 6),
+        ({0: 1}, ActionFailure.OUT_OF_REACH, Verdict.INFEASIBLE, 1),
     ],
 )
 def test_dead_ends_have_names(jumps, failure, verdict, steps):
@@ -124,5 +125,13 @@ class Second:
 
 
 def test_a_decision_may_go_on_after_an_action_that_could_not_be_carried_out():
-    found = episode(0, {0: 0}, "out of reach", decision=Second())
+    found = episode(0, {0: 0}, ActionFailure.OUT_OF_REACH, decision=Second())
     assert (found.verdict, len(found.steps)) == (Verdict.INFEASIBLE, 3)
+
+
+def test_what_could_not_even_be_planned_does_not_count_as_an_action():
+    """The third action in a row, where one is allowed."""
+    found = episode(0, {0: 0}, ActionFailure.NO_ROOM, max_actions=1, decision=Second())
+    assert (found.verdict, len(found.steps)) == (Verdict.INFEASIBLE, 3)
+    ended = episode(0, {0: 0}, ActionFailure.GRIP_LOST, max_actions=1, decision=Second())
+    assert (ended.verdict, len(ended.steps)) == (Verdict.OUT_OF_ACTIONS, 1)

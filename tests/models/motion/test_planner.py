@@ -10,7 +10,8 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from models.inverse_kinematics.solution import reaches
 from models.maps.gripper_poses import grasp_position, gripper_pose
 from models.maps.reachability_csv import read_map
-from models.motion.planner import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Infeasible, Move
+from models.motion.failures import Infeasible
+from models.motion.planner import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Move
 from models.motion.timing import ACCELERATION_LIMIT, SCALE, time_path
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME, MARGIN
@@ -97,12 +98,13 @@ def test_carrying_is_free_along_the_path(planner, carrying, seed):
     q = planner.posture(position, gripper)
     there = (target, gripper) if kind == Kind.TRANSLATE else (position, target)
     goal = planner.posture(*there)
-    (move,) = planner.plan(
-        Action(kind, target), position, gripper, q, CUBE_EDGE, RigidTransform(POSITIONS[position])
-    )
+    p_WO = POSITIONS[position] + rng.uniform(-0.01, 0.01, 3)
+    X_WO = RigidTransform(RollPitchYaw(rng.uniform(-np.pi, np.pi, 3)), p_WO)
+    (move,) = planner.plan(Action(kind, target), position, gripper, q, CUBE_EDGE, X_WO)
     np.testing.assert_array_equal(move.waypoints[0], q)
     np.testing.assert_allclose(carrying.wind(move.waypoints[-1], goal), goal, atol=1e-9)
-    assert all(carrying.is_free(q, 0.9 * MARGIN) for q in fine(move.waypoints))
+    carrying.carry(gripper_pose(POSITIONS[position], gripper).inverse() @ X_WO)
+    assert all(carrying.is_free(q, 0.45 * MARGIN) for q in fine(move.waypoints))
 
 
 def test_a_search_finds_a_way_where_no_via_does(planner, carrying):
@@ -152,7 +154,12 @@ def test_endless_joints_never_turn_more_than_half_way(planner, carrying):
     wound = q + 2 * np.pi * np.array([2, 0, 0, 0, -1, 0, 3])
     for gripper in VERTICAL[1:]:
         (move,) = planner.plan(
-            Action(Kind.ROTATE, gripper), CELL, 10, wound, CUBE_EDGE, RigidTransform()
+            Action(Kind.ROTATE, gripper),
+            CELL,
+            10,
+            wound,
+            CUBE_EDGE,
+            RigidTransform(POSITIONS[CELL]),
         )
         assert np.abs(np.diff(move.waypoints, axis=0)).max() <= np.pi + 1e-9
 
@@ -172,20 +179,26 @@ def test_drop_opens_withdraws_and_goes_home(planner, empty, carrying, position, 
 
 
 @pytest.mark.parametrize(
-    ("action", "position", "gripper", "message"),
+    ("action", "position", "gripper", "failure"),
     [
-        (Action(Kind.GRASP, 10), CELL, 10, "held already"),
-        (Action(Kind.DROP), CELL, None, "not held"),
-        (Action(Kind.ROTATE, 3), CELL, None, "not held"),
-        (Action(Kind.ROTATE, 10), CELL, 10, "there already"),
-        (Action(Kind.TRANSLATE, CELL), CELL, 10, "there already"),
-        (Action(Kind.DROP), -1, 10, "lost"),
+        (Action(Kind.GRASP, 10), CELL, 10, "unfit"),
+        (Action(Kind.DROP), CELL, None, "unfit"),
+        (Action(Kind.ROTATE, 3), CELL, None, "unfit"),
+        (Action(Kind.ROTATE, 10), CELL, 10, "unfit"),
+        (Action(Kind.TRANSLATE, CELL), CELL, 10, "unfit"),
+        (Action(Kind.DROP), -1, 10, "unfit"),
         (Action(Kind.TRANSLATE, 12), CELL, 1, "out of reach"),
+        (Action(Kind.GRASP, HORIZONTAL[0]), CELL, None, "out of reach"),
     ],
 )
-def test_actions_that_do_not_fit_the_state(planner, action, position, gripper, message):
-    with pytest.raises(Infeasible, match=message):
-        planner.plan(action, position, gripper, HOME, CUBE_EDGE, cube_at(0.55, 0.0))
+def test_actions_that_cannot_be_carried_out_fail_by_kind(
+    planner, action, position, gripper, failure
+):
+    q = HOME if gripper is None else planner.posture(CELL, gripper)
+    with pytest.raises(Infeasible) as refused:
+        planner.plan(action, position, gripper, q, CUBE_EDGE, RigidTransform(POSITIONS[CELL]))
+    assert refused.value.failure == failure
+    assert refused.value.failure.is_foreseen
 
 
 def test_plans_do_not_depend_on_what_was_planned_before(planner):

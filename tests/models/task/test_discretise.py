@@ -102,10 +102,12 @@ def test_what_is_no_pose_is_refused(arguments, said):
 
 
 def test_a_cube_on_the_table_beside_the_grid_belongs_to_the_nearest_column():
-    on_table = np.array([[0.5, -0.1], [0.473, -0.1], [0.452, 0.02], [0.44, 0.0], [0.6, 0.18]])
+    on_table = np.array([[0.5, -0.1], [0.473, -0.1], [0.4, 0.02], [0.34, 0.0], [0.7, 0.21]])
     p_WO = np.column_stack([on_table, np.full(5, spaces.REST_HEIGHT)])
     assert discretise.nearest_column(p_WO).tolist() == [0, 0, 2, -1, -1]
     assert discretise.off_table(p_WO).tolist() == [False, True, True, True, True]
+    corners = np.array([[x, y, spaces.REST_HEIGHT] for x in (0.36, 0.74) for y in (-0.19, 0.19)])
+    assert discretise.nearest_column(corners).tolist() == [0, 4, 12, 16]
     # What leans on something, or has fallen, does not lie.
     assert discretise.nearest_column(p_WO + np.array([0.0, 0.0, 0.012]))[0] == -1
     assert discretise.nearest_column(p_WO - np.array([0.0, 0.0, 0.5]))[0] == -1

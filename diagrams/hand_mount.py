@@ -8,6 +8,7 @@ at its tool centre point, moves as the cube does, and the constraints lead both 
 """
 
 import numpy as np
+from pydrake.geometry import CollisionFilterDeclaration, SceneGraph
 from pydrake.multibody.parsing import (
     FlattenModelDirectives,
     LoadModelDirectives,
@@ -54,7 +55,8 @@ class HandMount:
         scene.directives = scene.directives[:at] + scene.directives[at + 1 :]
         ProcessModelDirectives(scene, parser)
 
-        base = plant.GetBodyByName("base", plant.GetModelInstanceByName(GRIPPER))
+        self._plant = plant
+        self._base = base = plant.GetBodyByName("base", plant.GetModelInstanceByName(GRIPPER))
         tcp = plant.GetFrameByName("tcp")
         self._flange = plant.GetBodyByName(flange, plant.GetModelInstanceByName(arm))
         self._joint = plant.AddJoint(QuaternionFloatingJoint("hand", plant.world_frame(), tcp))
@@ -62,6 +64,15 @@ class HandMount:
             for point in _POINTS:
                 plant.AddBallConstraint(self._flange, X_FB @ point, base, point)
         self._X_FG = X_FB @ tcp.GetFixedPoseInBodyFrame()
+
+    def let_touch(self, scene_graph: SceneGraph) -> None:
+        """Let hand and wrist touch, as what a weld joins may; call before contexts are made."""
+        wrist, palm = (
+            self._plant.CollectRegisteredGeometries(self._plant.GetBodiesWeldedTo(body))
+            for body in (self._flange, self._base)
+        )
+        touching = CollisionFilterDeclaration().ExcludeBetween(wrist, palm)
+        scene_graph.collision_filter_manager().Apply(touching)
 
     def place(self, context: Context) -> None:
         """Put the hand where the arm's angles have the flange, in a context of the plant."""

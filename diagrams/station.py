@@ -102,6 +102,7 @@ class Station(Diagram):
         prepare_arm(plant, arm)
         prepare_gripper(plant, hand, grip_force)
         plant.Finalize()
+        self.mount.let_touch(self.scene_graph)
         self._cube = plant.GetBodyByName(CUBE)
 
         self._arm = ArmController.add_to_builder(builder, plant, self.mount)

@@ -48,6 +48,21 @@ def test_a_hand_at_rest_stays_at_the_flange_under_its_weight():
         assert turned < (5e-4 if seconds else 1e-7)
 
 
+def test_the_hand_does_not_push_against_the_wrist_that_it_sits_on():
+    """The vendor's shapes overlap by 8 mm there; a weld has them touch, and so have constraints."""
+    station = Station()
+    root = station.CreateDefaultContext()
+    station.initialize(root, X_WO=RigidTransform([0.6, 0.1, 0.52]))
+    query = station.GetOutputPort("query_object").Eval(root)
+    inspector, plant = query.inspector(), station.plant
+
+    def body(shape):
+        return plant.GetBodyFromFrameId(inspector.GetFrameId(shape)).name()
+
+    touching = {frozenset(map(body, (p.id_A, p.id_B))) for p in query.ComputePointPairPenetration()}
+    assert touching <= {frozenset(("cube", "table"))}
+
+
 def carried(time_step):
     """Where a cube is in the hand before the arm swings it round, and after."""
     X_WG = gripper_pose(np.array([0.5, 0.0, 0.65]), 10)

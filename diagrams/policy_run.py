@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from diagrams.action_executor import ActionExecutor
 from diagrams.decisions import Decision
 from diagrams.faults import SimulatorFault, first_line, simulating
-from diagrams.loads import LoadMeter, Loads
+from diagrams.monitor import Loads, Monitor
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.state_identifier import REST_SPAN, lying_state
 from diagrams.station import Station
@@ -68,7 +68,7 @@ class Played:
         episode: what the controller did.
         seconds: simulated time, with the last moment, in which it is judged.
         postures: the plant's positions at the start and after each action, ``[n, n_q]``.
-        loads: what the arm's joints did at most.
+        loads: what the robot did at most, compared with its limits.
         fault: the simulator's message if it failed, which judges nothing, and below it the
             traceback (`SimulatorFault.text`); else empty.
         plans: how each action was carried out, one more than `episode` has steps if it was cut off
@@ -151,7 +151,7 @@ class PolicyRun:
         )
         for name in ("arm.position_command", "gripper.position_command"):
             builder.Connect(executor.GetOutputPort(name), self.station.GetInputPort(name))
-        self._meter = LoadMeter(
+        self._monitor = Monitor(
             builder, self.station, executor.GetOutputPort("arm.position_command")
         )
         self.diagram = builder.Build()
@@ -218,7 +218,7 @@ class PolicyRun:
             fault, lies_in = error.text, LOST
             episode = self.controller.episode(controller_context)
         success = lies_in in self._goals
-        seconds, loads = root.get_time() - start_time, self._meter.read(root)
+        seconds, loads = root.get_time() - start_time, self._monitor.read(root)
         if pause > _BEFORE and not fault:
             root.SetTime(root.get_time() + pause - _BEFORE)
             self.diagram.ForcedPublish(root)

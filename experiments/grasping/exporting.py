@@ -35,7 +35,8 @@ def export_episodes(folder: Path, played: Sequence[Played], speed_limit: float) 
 
     Args:
         folder: made if it is missing; files of the same names are replaced.
-        played: episodes; those that the simulator failed in are left out.
+        played: episodes; those that the simulator failed in are left out, and those in which an
+            action was ended on its way.
         speed_limit: of every joint, that the motions are timed for anew [deg/s].
 
     Returns:
@@ -47,7 +48,8 @@ def export_episodes(folder: Path, played: Sequence[Played], speed_limit: float) 
     """
     written = []
     for number, episode in enumerate(played, 1):
-        if episode.fault:
+        ended = any(step.failure and not step.stood for step in episode.episode.steps)
+        if episode.fault or ended:
             continue
         name = f"episode_{number}"
         motion = time_program(HOME, MAX_OPENING, program(episode), speed_limit)

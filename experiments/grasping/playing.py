@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from diagrams.camera import StillCamera
 from diagrams.decisions import Decision
-from diagrams.loads import Loads
+from diagrams.monitor import Loads
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import Played, PolicyRun
 from diagrams.station import FRAME
@@ -196,14 +196,19 @@ def summary(played: list[Played]) -> dict[str, Any]:
 
 
 def limits(loads: list[Loads]) -> dict[str, Any]:
-    """What the arm's joints, 1 to 7, did at most in all episodes, as `Loads` says."""
+    """What the joints, 1 to 7, and the contacts did at most in all episodes, as `Loads` says."""
     largest = {
         name: np.max([getattr(each, name) for each in loads], axis=0, initial=0.0)
-        for name in ("speed", "torque", "tracking_error")
+        for name in ("speed", "acceleration", "torque", "tracking_error")
     }
+    penetration: dict[str, float] = {}
+    for each in loads:
+        for pair, depth in each.penetration.items():
+            penetration[pair] = max(depth, penetration.get(pair, 0.0))
     return {
         **{name: [float(f"{x:.4g}") for x in values] for name, values in largest.items()},
         "limited_samples": sum(each.limited_samples for each in loads),
+        "penetration": {pair: float(f"{penetration[pair]:.4g}") for pair in sorted(penetration)},
     }
 
 

@@ -60,6 +60,19 @@ def test_the_policys_own_commands_are_within_the_arms_limits(played):
     assert loads.torque.argmax() == 1
     assert loads.torque[1] > 0.4
     assert 1e-5 < loads.tracking_error.max() < 5e-3
+    # Planned at 0.8 of 3 rad/s², where the vendor allows 5.2.
+    assert 0.2 < loads.acceleration[:4].max() < 0.8 * 3.0 / 5.2 * 1.2
+
+
+def test_an_episode_says_how_deep_bodies_were_in_one_another(played):
+    depth = played.loads.penetration
+    pads = [depth[f"held cube and {side}_inner_finger"] for side in ("left", "right")]
+    assert all(1e-4 < each < 2e-3 for each in pads)
+    assert 0.0 < depth["held cube and table"] < 1e-3
+    # It comes to rest with 1 N on 16 cm², and hits the table before that.
+    assert 1e-6 < depth["cube and table"] < 5e-3
+    robot = [pair for pair in depth if "cube" not in pair]
+    assert robot == []
 
 
 def test_an_episode_says_how_each_action_was_carried_out(played):

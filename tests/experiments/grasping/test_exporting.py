@@ -1,21 +1,25 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from diagrams.loads import Loads
+from diagrams.decisions import Step
+from diagrams.monitor import Loads
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import Played
 from experiments.grasping.exporting import export_episodes
 from experiments.kit.shipped_data import load_planner
 from irl.errors import InputError
 from models.export.precomputed import require_precomputed
+from models.motion.failures import ActionFailure
 from models.motion.planner import Grip
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME
 from models.task.spaces import GOAL_POSITION, POSITIONS, REST_HEIGHT, Action, Kind, State
 
 FAR = State(14, 0)
-NONE = Loads(np.zeros(7), np.zeros(7), np.zeros(7), 0)
+NONE = Loads(*np.zeros((4, 7)), 0)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +32,8 @@ def played():
         (Action(Kind.TRANSLATE, GOAL_POSITION), 14, 10),
         (Action(Kind.DROP), GOAL_POSITION, 10),
     ):
-        p_WO = np.array([*POSITIONS[cell][:2], REST_HEIGHT])
+        height = REST_HEIGHT if hand is None else POSITIONS[cell][2]
+        p_WO = np.array([*POSITIONS[cell][:2], height])
         width = MAX_OPENING if hand is None else 0.0
         plans.append(planner.plan(action, cell, hand, q, width, RigidTransform(p_WO)))
         q = plans[-1][-1].waypoints[-1]
@@ -37,7 +42,9 @@ def played():
 
 def test_an_episode_becomes_files_that_the_arm_takes(tmp_path, played):
     broken = Played(FAR.index, Episode(), 0.0, np.zeros((1, 7)), NONE, fault="the solver gave up")
-    assert export_episodes(tmp_path / "e", [broken, played], 50.0) == ["episode_2"]
+    ended = Step(FAR.index, 10, FAR.index, 0.0, 1.0, ActionFailure.DISPLACED)
+    stopped = replace(played, episode=Episode((ended,)))
+    assert export_episodes(tmp_path / "e", [broken, played, stopped], 50.0) == ["episode_2"]
     folder = tmp_path / "e" / "episode_2"
     assert sorted(path.name for path in folder.iterdir()) == [
         *("gripper.csv", "precomputed.csv", "trajectory.csv", "trajectory.yaml")

@@ -14,6 +14,7 @@ from irl.clusters import intersection
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
 from irl.function_approx import Learner
+from irl.mdp import TransitionModel
 from irl.problem import LearningProblem
 
 TRAINING = ".training-"
@@ -41,36 +42,30 @@ class QueryRecord:
 
 
 @dataclass
-class ActiveState:
-    """Everything that changes from round to round.
+class TaughtState:
+    """What was taught and asked, whoever learns from it.
 
     Attributes:
-        learner: the main network.
-        committee: the committee, None if no strategy asks for one.
         labels: all demonstrations.
         advice: all advice.
         clusters: name → state indices; an expert may add to them.
-        rng: the source of chance, but for the committee's own.
+        rng: the source of chance, but for a committee's own.
         asked: states asked about.
         asked_clusters: clusters asked or spoken about.
-        history: one record a question.
     """
 
-    learner: Learner
-    committee: Committee | None
     labels: Demonstrations
     advice: Advice
     clusters: dict[str, np.ndarray]
     rng: np.random.Generator
     asked: list[int] = field(default_factory=list)
     asked_clusters: list[str] = field(default_factory=list)
-    history: list[QueryRecord] = field(default_factory=list)
 
     def is_full(self, most: int | None) -> bool:
         """Whether ``most`` states have labels; never without a limit."""
         return most is not None and self.labels.n_states_demonstrated >= most
 
-    def learn_of(self, answer: Demonstrations, most: int | None) -> None:
+    def learn_of(self, answer: Demonstrations, most: int | None = None) -> None:
         """Add labels, but for those of the last states that would lift the labelled ones above.
 
         An answer under the number of an earlier one replaces it: see ``Demonstrations.corrected``.
@@ -91,6 +86,26 @@ class ActiveState:
         if cluster not in self.clusters:
             self.clusters[cluster] = intersection(self.clusters, cluster)
         self.asked_clusters.append(cluster)
+
+    def ends(self, model: TransitionModel) -> np.ndarray:
+        """Where demonstrators ended, or were asked and showed nothing: int64."""
+        silent = np.setdiff1d(np.array(self.asked, dtype=np.int64), self.labels.state)
+        return np.union1d(self.labels.ended_in(model), silent)
+
+
+@dataclass(kw_only=True)
+class ActiveState(TaughtState):
+    """Everything that changes from round to round.
+
+    Attributes:
+        learner: the main network.
+        committee: the committee, None if no strategy asks for one.
+        history: one record a question.
+    """
+
+    learner: Learner
+    committee: Committee | None
+    history: list[QueryRecord] = field(default_factory=list)
 
     @property
     def _learners(self) -> list[Learner]:

@@ -122,12 +122,12 @@ def active_state(*, learnt: bool) -> ActiveState:
     rng = np.random.default_rng(2)
     committee = Committee(problem, 1, (2,), np.random.default_rng(3))
     state = ActiveState(
-        Learner(problem, network()),
-        committee,
-        SHOWN,
-        Advice(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)),
-        {"low": np.array([0, 1]), "all": np.arange(4)},
-        rng,
+        learner=Learner(problem, network()),
+        committee=committee,
+        labels=SHOWN,
+        advice=Advice(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)),
+        clusters={"low": np.array([0, 1]), "all": np.arange(4)},
+        rng=rng,
     )
     member = committee.members[0]
     member.network.parameters.copy_(torch.arange(9) / 8)

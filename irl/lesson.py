@@ -1,0 +1,324 @@
+"""The lesson file: everything a person said, in order, with what was shown; SQLite, append-only.
+
+What was appended survives a kill of the program and a loss of power before `append` returns. A
+chain of digests over all rows tells whether anything was changed. A file that cannot be read, or
+is of other work, is refused by name and left as it is.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import platform
+import sqlite3
+import stat
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import scipy
+import torch
+
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError, first_line
+from irl.files import FileLock
+from irl.formats import distinct
+from irl.lesson_events import Began, Event, from_plain, to_plain
+from irl.lesson_taught import from_rows
+
+SCHEMA_VERSION = 1
+APPLICATION = 0x4C45534E
+"""SQLite's mark of whose file it is: LESN."""
+_TABLES = (
+    "CREATE TABLE event (number INTEGER PRIMARY KEY, at REAL NOT NULL, kind TEXT NOT NULL, "
+    "content TEXT NOT NULL, token TEXT UNIQUE, digest TEXT NOT NULL)",
+    "CREATE TRIGGER never_changed BEFORE UPDATE ON event "
+    "BEGIN SELECT RAISE(ABORT, 'a lesson is only added to'); END",
+    "CREATE TRIGGER never_deleted BEFORE DELETE ON event "
+    "BEGIN SELECT RAISE(ABORT, 'a lesson is only added to'); END",
+    "CREATE TRIGGER in_order BEFORE INSERT ON event "
+    "WHEN NEW.number IS NOT (SELECT coalesce(max(number), 0) + 1 FROM event) "
+    "BEGIN SELECT RAISE(ABORT, 'events are numbered from 1, without a gap'); END",
+)
+_REMEDY = "it is left as it is; name another file, or restore this one"
+
+
+def versions() -> dict[str, str]:
+    """Of what decides the bits of a policy."""
+    return {
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "torch": torch.__version__,
+    }
+
+
+class Lesson:
+    """One lesson on disk. One process at a time may add to it; any number may read meanwhile.
+
+    Attributes:
+        path: of the file.
+        events: all events; number k is ``events[k - 1]``.
+        times: when each was added, in seconds since 1970.
+    """
+
+    def __init__(self, path: Path, *, writable: bool = True) -> None:
+        """Open a lesson, which must be there.
+
+        Args:
+            path: of the file.
+            writable: whether to add to it.
+
+        Raises:
+            InputError: if it is missing, no lesson, damaged, changed, of another schema version, or
+                being added to by another process.
+        """
+        self.path = Path(path)
+        self.events: list[Event] = []
+        self.times: list[float] = []
+        self._tokens: set[str] = set()
+        self._digest = ""
+        self._lock: FileLock | None = None
+        self._connection: sqlite3.Connection | None = None
+        if not self.path.exists():
+            raise InputError("no such lesson", place=str(self.path))
+        if not stat.S_ISREG(self.path.stat().st_mode):
+            raise InputError("not a regular file; a lesson wanted", place=str(self.path))
+        try:
+            with self._told():
+                if writable:
+                    self._lock = _writer_lock(self.path)
+                self._connection = _connect(self.path, writable)
+                self._read()
+                if writable:  # only now, since a file of somebody else's stays as it is
+                    self._connection.execute("PRAGMA journal_mode = WAL")
+                    self._connection.execute("PRAGMA synchronous = FULL")
+        except BaseException:
+            self.close()
+            raise
+
+    @classmethod
+    def begin(cls, path: Path, began: Began) -> "Lesson":
+        """Make a lesson, whole or not at all, and open it.
+
+        Raises:
+            InputError: if there is a file of that name, or none can be made.
+        """
+        path = Path(path)
+        taken = InputError("there is a file of that name; it is left as it is", place=str(path))
+        if os.path.lexists(path):
+            raise taken
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
+            made = Path(folder) / path.name
+            with contextlib.closing(sqlite3.connect(made)) as connection, connection:
+                connection.execute(f"PRAGMA application_id = {APPLICATION}")
+                connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+                for statement in _TABLES:
+                    connection.execute(statement)
+                row = _row(1, time.time(), began, None, "")
+                connection.execute("INSERT INTO event VALUES (?, ?, ?, ?, ?, ?)", row)
+            with made.open("rb+") as file:
+                os.fsync(file.fileno())
+            try:
+                os.link(made, path)  # which, other than renaming, replaces nothing
+            except FileExistsError:
+                raise taken from None
+        return cls(path)
+
+    # --- Reading ----------------------------------------------------------------------------
+
+    @property
+    def began(self) -> Began:
+        """The first event."""
+        first = self.events[0]
+        assert isinstance(first, Began)
+        return first
+
+    @property
+    def initial(self) -> Demonstrations:
+        """The demonstrations before the first question."""
+        return from_rows(self.began.initial, self.began.ends)
+
+    def require_task(self, task_hash: str) -> None:
+        """Refuse a lesson about another task.
+
+        Raises:
+            InputError: naming both hashes.
+        """
+        if self.began.task_hash != task_hash:
+            raise InputError(
+                f"is about the task {self.began.task_hash[:12]!r}…, not about {task_hash[:12]!r}…; "
+                "give the task data that it was taught with",
+                place=str(self.path),
+            )
+
+    def _read(self) -> None:
+        assert self._connection is not None
+        # The first statement that looks at the file, which may be none of SQLite's.
+        told = [self._pragma(name) for name in ("application_id", "user_version")]
+        if told[0] != APPLICATION:
+            raise InputError(f"is not a lesson; {_REMEDY}", place=str(self.path))
+        if told[1] != SCHEMA_VERSION:
+            raise InputError(
+                f"schema version {told[1]} cannot be read; valid: {SCHEMA_VERSION}",
+                place=str(self.path),
+            )
+        found = self._connection.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")
+        if sorted(sql for (sql,) in found) != sorted(_TABLES):
+            raise InputError(
+                f"its tables or triggers are not those of a lesson; {_REMEDY}", place=str(self.path)
+            )
+        (sound,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
+        if sound != "ok":
+            raise InputError(
+                f"damaged ({first_line(ValueError(sound))}); {_REMEDY}", place=str(self.path)
+            )
+        rows = self._connection.execute(
+            "SELECT number, at, kind, content, token, digest FROM event ORDER BY number"
+        )
+        for number, row in enumerate(rows, start=1):
+            self._take(number, row)
+        if not self.events or not isinstance(self.events[0], Began):
+            raise InputError(f"event 1 must be 'began'; {_REMEDY}", place=str(self.path))
+
+    def _pragma(self, name: str) -> int:
+        assert self._connection is not None
+        return self._connection.execute(f"PRAGMA {name}").fetchone()[0]
+
+    def _take(self, number: int, row: tuple) -> None:
+        place = f"{self.path}: event {number}"
+        _, at, kind, content, token, digest = row
+        texts = isinstance(kind, str) and isinstance(content, str)
+        if row[0] != number or not isinstance(at, float) or not texts:
+            raise InputError(f"not as a lesson has it; {_REMEDY}", place=place)
+        if digest != _digest(self._digest, row[:5]):
+            raise InputError(f"was changed, or one before it; {_REMEDY}", place=place)
+        try:
+            event = from_plain(kind, json.loads(content, object_pairs_hook=distinct))
+        except (ValueError, AttributeError) as error:
+            raise InputError(f"{first_line(error)}; {_REMEDY}", place=place) from None
+        self._keep(event, at, token, digest)
+
+    def _keep(self, event: Event, at: float, token: str | None, digest: str) -> None:
+        self.events.append(event)
+        self.times.append(at)
+        self._digest = digest
+        if token is not None:
+            self._tokens.add(token)
+
+    # --- Adding -----------------------------------------------------------------------------
+
+    def append(self, events: Event | Sequence[Event], token: str | None = None) -> int | None:
+        """Add one event, or several that belong together, all or none; on disk on return.
+
+        Args:
+            events: to add.
+            token: of what was shown, or of a message: what comes under a token a second time, such
+                as by a double press or a message sent again, is nothing new.
+
+        Returns:
+            The number of the first; None if the token was used before.
+
+        Raises:
+            InputError: if the file cannot be written.
+        """
+        if token is not None and token in self._tokens:
+            return None
+        if self._connection is None:
+            raise InputError("was closed", place=str(self.path))
+        several = [events] if not isinstance(events, Sequence) else list(events)
+        first, digest, rows = len(self.events) + 1, self._digest, []
+        for number, event in enumerate(several, start=first):
+            rows.append(
+                _row(number, time.time(), event, token if number == first else None, digest)
+            )
+            digest = rows[-1][-1]
+        with self._told(), self._connection:
+            self._connection.executemany("INSERT INTO event VALUES (?, ?, ?, ?, ?, ?)", rows)
+        for event, row in zip(several, rows, strict=True):
+            self._keep(event, row[1], row[4], row[5])
+        return first
+
+    def used(self, token: str) -> bool:
+        """Whether something came under that token."""
+        return token in self._tokens
+
+    @contextlib.contextmanager
+    def _told(self) -> Iterator[None]:
+        """Tell what SQLite and the disk complain of with the file's name."""
+        try:
+            yield
+        except (sqlite3.Error, OSError, UnicodeError) as error:
+            told = " ".join(str(error).split())[:200]
+            raise InputError(
+                f"not usable as a lesson ({told}); {_REMEDY}", place=str(self.path)
+            ) from error
+
+    def close(self) -> None:
+        """Close the file; further additions fail."""
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            connection.close()
+        lock, self._lock = self._lock, None
+        if lock is not None:
+            with contextlib.suppress(OSError):
+                _lock_path(self.path).unlink()
+            lock.release()
+
+    def __enter__(self) -> "Lesson":
+        """The lesson itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Close the file."""
+        self.close()
+
+
+def _row(number: int, at: float, event: Event, token: str | None, before: str) -> tuple:
+    kind, values = to_plain(event)
+    content = json.dumps(values, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    row = (number, at, kind, content, token)
+    return (*row, _digest(before, row))
+
+
+def _digest(before: str, row: Sequence) -> str:
+    """Of a row and, by the digest before it, of all that went before."""
+    return hashlib.sha256(json.dumps([before, *row]).encode()).hexdigest()
+
+
+def _connect(path: Path, writable: bool) -> sqlite3.Connection:
+    mode = "rw" if writable else "ro"
+    uri = f"{path.absolute().as_uri()}?mode={mode}"
+    return sqlite3.connect(uri, uri=True, timeout=5.0, check_same_thread=False)
+
+
+def _lock_path(path: Path) -> Path:
+    # To open and close the lesson itself a second time would end the locks that SQLite has on it.
+    return path.with_name(f"{path.name}-writer")
+
+
+def _writer_lock(path: Path) -> FileLock | None:
+    """The lock, which ends with this process, however that ends; None where the disk has none.
+
+    Raises:
+        InputError: if another process has it.
+    """
+    while True:
+        lock = FileLock(os.open(_lock_path(path), os.O_RDWR | os.O_CREAT, 0o666))
+        held = lock.acquire()
+        if held is None:
+            lock.release()
+            return None
+        if not held:
+            lock.release()
+            raise InputError(
+                "another process is adding to it; wait for it, or name another", place=str(path)
+            )
+        # Whoever had it before may have removed the file since it was opened here.
+        with contextlib.suppress(OSError):
+            if os.path.samestat(os.fstat(lock.descriptor), _lock_path(path).stat()):
+                return lock
+        lock.release()

@@ -1,0 +1,308 @@
+"""What is said in a lesson: its events, one after another, and what they come to, folded.
+
+An event's number is its place, from 1. Nothing is ever taken out: ``Undo`` and ``Edit`` are events
+themselves, and `fold` does what they say. To undo an edit gives back what it changed; to undo an
+undo is not offered, since what was undone can be said again.
+"""
+
+import hashlib
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from irl.choices import check_choice
+from irl.errors import InputError
+
+DONE = -1
+"""The action that stands for *done: nothing to do here*."""
+LEARN, AUDIT, HELD_OUT = "learn", "audit", "held_out"
+PURPOSES = (LEARN, AUDIT, HELD_OUT)
+"""What an answer is for: to learn from; to test the learner's own proposal, and to learn from when
+the test is over; or to judge the policy by, and never to learn from."""
+
+
+@dataclass(frozen=True)
+class Began:
+    """The first event: what is taught, to whom.
+
+    Attributes:
+        task_hash: of the task data.
+        config: of the session, as plain values.
+        versions: of Python and packages.
+        initial: rows of the demonstrations before the first question: trajectory, step, state,
+            action, source.
+        ends: where those runs ended: trajectory, step, state.
+    """
+
+    task_hash: str
+    config: dict
+    versions: dict
+    initial: list
+    ends: list
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question about a state was shown.
+
+    Attributes:
+        state: index.
+        strategy: why this one: the name of a strategy, or of what else led to it.
+        score: of the strategy.
+        round: the last one that had a result; −1 before any.
+        trajectory: the run that an answer belongs to, and its ``step`` there.
+        step: see there.
+        proposed: the action that the policy favours, ``DONE``, or None if there is none yet.
+        purpose: a name in ``PURPOSES``.
+    """
+
+    state: int
+    strategy: str
+    score: float
+    round: int
+    trajectory: int
+    step: int
+    proposed: int | None
+    purpose: str
+
+
+@dataclass(frozen=True)
+class Answered:
+    """An answer.
+
+    Attributes:
+        state: index, and what to do there: ``action``, or ``DONE``.
+        action: see there.
+        trajectory: the run, and its ``step`` there.
+        step: see there.
+        preselected: what was marked when the question was shown; None for nothing.
+        seconds: from there to the answer.
+        previews: motions looked at meanwhile.
+        purpose: a name in ``PURPOSES``.
+    """
+
+    state: int
+    action: int
+    trajectory: int
+    step: int
+    preselected: int | None = None
+    seconds: float = 0.0
+    previews: int = 0
+    purpose: str = LEARN
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the answer of that number led to."""
+
+    answer: int
+    state: int
+
+
+@dataclass(frozen=True)
+class Advised:
+    """Advice about a cluster, or an intersection such as ``"a ∩ b"``.
+
+    Attributes:
+        cluster: its expression.
+        states_hash: of its states, `hash_of_states`; not compared where it is empty.
+        preferred: actions.
+        avoided: actions.
+    """
+
+    cluster: str
+    states_hash: str
+    preferred: list
+    avoided: list
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """A new cluster: an intersection of others, and the hash of its states."""
+
+    cluster: str
+    states_hash: str
+
+
+@dataclass(frozen=True)
+class Excluded:
+    """Pairs that a rule would label after the answer of that number, and that do not follow."""
+
+    answer: int
+    pairs: list
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """The question about that state was put aside, for good."""
+
+    state: int
+
+
+@dataclass(frozen=True)
+class Undo:
+    """The event of that number is taken back."""
+
+    of: int
+
+
+@dataclass(frozen=True)
+class Edit:
+    """The event of that number holds other values in some of its fields, in its old place.
+
+    Of an answer ``action`` may change, of advice ``preferred`` and ``avoided``, of what was
+    excluded ``pairs``.
+    """
+
+    of: int
+    changes: dict
+
+
+@dataclass(frozen=True)
+class Round:
+    """The learner sets out to learn from the events up to number ``upto``.
+
+    Attributes:
+        k: number of the round, from 0.
+        upto: see there.
+        fresh: whether it starts anew, knowing nothing of earlier rounds: the first, and one after
+            the learner or the whole program was started again.
+    """
+
+    k: int
+    upto: int
+    fresh: bool
+
+
+@dataclass(frozen=True)
+class Result:
+    """What round ``k`` came to: the policy's hash, and what the learner says of itself."""
+
+    k: int
+    policy_hash: str
+    told: dict
+
+
+@dataclass(frozen=True)
+class Imported:
+    """Demonstrations and advice from files.
+
+    Attributes:
+        source: their names.
+        rows: of demonstrations: trajectory, step, state, action, source.
+        ends: where runs ended: trajectory, step, state.
+        advice: for each piece cluster, hash of its states, preferred, avoided.
+    """
+
+    source: str
+    rows: list
+    ends: list
+    advice: list
+
+
+Event = (
+    Began
+    | Asked
+    | Answered
+    | Outcome
+    | Advised
+    | Cluster
+    | Excluded
+    | Skipped
+    | Undo
+    | Edit
+    | Round
+    | Result
+    | Imported
+)
+KINDS: Mapping[str, type] = {each.__name__.lower(): each for each in typing.get_args(Event)}
+EDITABLE: Mapping[type, tuple[str, ...]] = {
+    Answered: ("action",),
+    Advised: ("preferred", "avoided"),
+    Excluded: ("pairs",),
+}
+SAID = (Answered, Advised, Cluster, Excluded, Skipped, Edit, Imported)
+"""What a person said, and may take back."""
+
+
+def to_plain(event: Event) -> tuple[str, dict[str, Any]]:
+    """The kind of an event, a key of ``KINDS``, and its fields as JSON holds them."""
+    return type(event).__name__.lower(), asdict(event)
+
+
+def from_plain(kind: str, values: Mapping[str, Any]) -> Event:
+    """The event of a kind with these fields.
+
+    Raises:
+        InputError: if there is no such kind, a field is missing, unknown or of another type.
+    """
+    check_choice("kind", kind, KINDS)
+    hints = typing.get_type_hints(KINDS[kind])
+    for name in values.keys() - hints.keys():
+        raise InputError(f"unknown field {name!r}", place=kind, valid=hints)
+    for field in fields(KINDS[kind]):
+        if field.name not in values:
+            raise InputError(f"field '{field.name}' is missing", place=kind)
+        value, hint = values[field.name], hints[field.name]
+        allowed = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+        allowed = (*allowed, int) if float in allowed else allowed
+        if type(value) not in allowed:
+            wanted = " or ".join(each.__name__ for each in allowed)
+            raise InputError(f"field '{field.name}' must be {wanted}, is {value!r:.60}", place=kind)
+    return KINDS[kind](**values)
+
+
+def stands(events: Sequence[Event]) -> dict[int, Event]:
+    """Number → event of all that was said and still holds, edits done, in order.
+
+    An edit stands in the place of what it edits and has no place of its own.
+
+    Raises:
+        InputError: if an event takes back or edits what is not there to be.
+    """
+    said: dict[int, Event] = {}
+    edits: dict[int, list[tuple[int, dict]]] = {}
+    for number, event in enumerate(events, start=1):
+        if isinstance(event, Undo):
+            if not 1 <= event.of < number or not isinstance(events[event.of - 1], SAID):
+                raise InputError(f"undoes {event.of}, which nobody said", place=f"event {number}")
+            taken = events[event.of - 1]
+            if isinstance(taken, Edit):
+                left = [each for each in edits.get(taken.of, []) if each[0] != event.of]
+                edits[taken.of] = left
+            else:
+                said.pop(event.of, None)
+        elif isinstance(event, Edit):
+            edited = events[event.of - 1] if 1 <= event.of < number else None
+            if type(edited) not in EDITABLE:
+                raise InputError(
+                    f"edits {event.of}, which cannot be edited", place=f"event {number}"
+                )
+            for name in event.changes:
+                check_choice(f"event {number}: edit", name, EDITABLE[type(edited)])
+            edits.setdefault(event.of, []).append((number, event.changes))
+        elif isinstance(event, SAID):
+            said[number] = event
+    for number, changes in edits.items():
+        for _, change in changes:
+            if number in said:
+                said[number] = replace(said[number], **change)  # type: ignore[type-var]
+    return said
+
+
+def last_said(events: Sequence[Event]) -> int | None:
+    """The number of the last thing said that was not taken back; None if there is none left."""
+    undone = {event.of for event in events if isinstance(event, Undo)}
+    for number in range(len(events), 0, -1):
+        if isinstance(events[number - 1], SAID) and number not in undone:
+            return number
+    return None
+
+
+def hash_of_states(states: Sequence[int] | np.ndarray) -> str:
+    """SHA-256 of a set of states, by their ascending indices."""
+    return hashlib.sha256(np.unique(np.asarray(states, dtype="<i8")).tobytes()).hexdigest()

@@ -58,6 +58,7 @@ class Asked:
         step: see there.
         proposed: the action that the policy favours, ``DONE``, or None if there is none yet.
         purpose: a name in ``PURPOSES``.
+        token: made when it was shown; what comes under it a second time is nothing new.
     """
 
     state: int
@@ -68,6 +69,7 @@ class Asked:
     step: int
     proposed: int | None
     purpose: str
+    token: str
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,20 @@ class Outcome:
 
     answer: int
     state: int
+
+
+@dataclass(frozen=True)
+class Acted:
+    """The learner was sure and acted alone: what it did, in which moment of a run, what came.
+
+    No demonstration: the run has a gap there.
+    """
+
+    state: int
+    action: int
+    trajectory: int
+    step: int
+    outcome: int
 
 
 @dataclass(frozen=True)
@@ -209,6 +225,7 @@ Event = (
     | Asked
     | Answered
     | Outcome
+    | Acted
     | Advised
     | Cluster
     | Excluded

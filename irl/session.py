@@ -15,7 +15,6 @@ same events, rounds and seed give the same policy, bit for bit.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 

@@ -1,7 +1,6 @@
 """Algorithm 4.1 itself, with the control inverted: a VR network, questions by a strategy, advice."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 

@@ -39,11 +39,11 @@ class EnoughRule:
 
     def question(self, learner: GoalLearner) -> int:
         """The state to ask about: where it tells most, or for the audit by chance."""
-        return learner.audit_question() if self._audits(learner) else learner.question()
+        return learner.audit_question() if self.audits(learner) else learner.question()
 
     def take(self, learner: GoalLearner, answer: Demonstrations) -> None:
         """Give the learner the answer to the question: to learn from, or for the audit."""
-        if not self._audits(learner):
+        if not self.audits(learner):
             learner.learn(Demonstrations.concatenate([learner.shown, answer]), rounds=1)
             return
         before = learner.mistaken
@@ -53,9 +53,10 @@ class EnoughRule:
 
     def proposal(self, learner: GoalLearner, state: int) -> int | None:
         """In an audit what the learner would do in the state, to be let pass or corrected."""
-        return learner.proposal(state) if self._audits(learner) else None
+        return learner.proposal(state) if self.audits(learner) else None
 
-    def _audits(self, learner: GoalLearner) -> bool:
+    def audits(self, learner: GoalLearner) -> bool:
+        """Whether answers are held out to test the learner's proposals."""
         return self.passed >= _IN_A_ROW and not learner.audit.confirmed
 
 

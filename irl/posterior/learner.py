@@ -1,5 +1,6 @@
 """The learner: proposals from what was shown, a belief, a question, and the policy that follows."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
@@ -171,7 +172,7 @@ class GoalLearner:
         Raises:
             InputError: if there is none left.
         """
-        return most_telling(self.belief, self._unasked, self._rng)
+        return most_telling(self.belief, self.unasked, self._rng)
 
     def audit_question(self) -> int:
         """The next state of the audit: drawn by chance, or one whose answer was a surprise, again.
@@ -180,10 +181,15 @@ class GoalLearner:
             InputError: as `question`.
         """
         again = self.audit.again
-        return int(self._rng.choice(self._unasked)) if again is None else again
+        return int(self._rng.choice(self.unasked)) if again is None else again
 
     @property
-    def _unasked(self) -> np.ndarray:
+    def unasked(self) -> np.ndarray:
+        """The states that may be asked about: neither labelled nor where a run ended; int64.
+
+        Raises:
+            InputError: if there is none left.
+        """
         given = Demonstrations.concatenate([self.shown, self.held_out])
         left = np.setdiff1d(self._candidates, np.union1d(given.state, given.ends[:, 2]))
         if not left.size:
@@ -197,7 +203,9 @@ class GoalLearner:
             return None
         return int(self.action[state])
 
-    def compare(self, answer: Demonstrations) -> None:
+    def compare(
+        self, answer: Demonstrations, proposed: Mapping[int, int | None] | None = None
+    ) -> None:
         """Take up the answer to a proposal in the audit: what will do there.
 
         That is the proposal itself if it will. It is held out until the audit is over. Then all its
@@ -206,12 +214,12 @@ class GoalLearner:
 
         Args:
             answer: one label, or that a run ended there.
+            proposed: what was proposed in its state, if that is not what would be now.
         """
         self.held_out = Demonstrations.concatenate([self.held_out, answer])
-        for state, action in answer.pairs:
-            self.audit.compare(state, self.proposal(state) == action)
-        for state in answer.ends[:, 2].tolist():
-            self.audit.compare(state, self.proposal(state) is None)
+        for state, said in [*answer.pairs, *((s, None) for s in answer.ends[:, 2].tolist())]:
+            at_hand = self.proposal(state) if proposed is None else proposed[state]
+            self.audit.compare(state, at_hand == said)
         if self.audit.contradicted:
             self.audit, self.mistaken = Audit(LATER), self.mistaken + 1
         elif not self.audit.confirmed:

@@ -1,0 +1,181 @@
+"""A session whose learner is a posterior over goals and costs: few answers, and it says when.
+
+Questions are where an answer tells most; once its own predictions are good, they are drawn by
+chance, and the learner's proposal is put to the test (`irl.posterior.enough`).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from irl.active_config import Progress
+from irl.active_state import TaughtState
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.lesson_events import AUDIT, DONE, Answered
+from irl.posterior.audit import FIRST, LATER, Audit
+from irl.posterior.enough import LEARNT, EnoughRule, claim
+from irl.posterior.learner import GoalConfig, GoalLearner
+from irl.posterior.predictions import votes
+from irl.posterior.questions import information_gain
+from irl.problem import LearningProblem
+from irl.session import Question, Session
+from irl.session_settled import Enough
+
+INFORMATION, TEST = "information", "test"
+"""Strategies: where an answer tells most; and by chance, to test a proposal."""
+_LOOKED_AT = 1500  # states whose information is worked out before a question
+_CROWD = 10  # a batch of n is spread over the 10 n best
+
+
+class GoalSession(Session):
+    """A session of ``goal_posterior``.
+
+    Attributes:
+        learner: the posterior.
+        rule: says when it is enough.
+    """
+
+    method = "goal_posterior"
+
+    def __init__(
+        self,
+        problem: LearningProblem,
+        state: TaughtState,
+        generalise: Callable[[Demonstrations], Demonstrations],
+        config: GoalConfig | None = None,
+    ) -> None:
+        """Nothing was said yet; the arguments are those of `Session`."""
+        super().__init__(problem, state, generalise)
+        self.learner = GoalLearner(problem, rng=state.rng, config=config)
+        self.rule = EnoughRule()
+        self._tested: dict[int, Answered] = {}  # the tests' answers that were taken up
+
+    # --- Learning ---------------------------------------------------------------------------
+
+    def _refit(self, callback: Callable[[Progress], None] | None) -> None:
+        learner, audits = self.learner, self.taught.with_purpose(AUDIT)
+        if any(audits.get(number) != answer for number, answer in self._tested.items()):
+            # What was held out was taken back: the test begins again, and what was answered in it
+            # so far is learnt from.
+            learner.held_out, self.rule.passed = Demonstrations.empty(), 0
+            learner.audit = Audit(LATER if learner.mistaken else FIRST)
+        else:
+            for number in sorted(audits.keys() - self._tested.keys()):
+                self._compare(audits[number])
+        self._tested = audits
+        held = {*learner.held_out.trajectory.tolist(), *learner.held_out.ends[:, 0].tolist()}
+        over = [self.taught.label(a) for a in audits.values() if a.trajectory not in held]
+        shown = Demonstrations.concatenate([self.state.labels, *over])
+        if not _same(shown, learner.shown):
+            learner.learn(shown, rounds=1 if self.rounds else None)
+        self.rule(learner)
+        self.q = self.state.advice.apply(learner.q, self.problem.model.mask, prefer="ignore")
+        if callback is not None:
+            size = learner.belief.goal.size
+            likeliest = float(np.log(learner.belief.weight.max()))
+            callback(Progress(self.rounds, size, size, likeliest, shown, self.q))
+
+    def _compare(self, answer: Answered) -> None:
+        learner, before = self.learner, self.learner.mistaken
+        marked = answer.preselected
+        proposed = {answer.state: None if marked == DONE else marked}
+        learner.compare(self.taught.label(answer), proposed)
+        if learner.mistaken > before:
+            self.rule.passed = 0
+
+    # --- Asking -----------------------------------------------------------------------------
+
+    def propose(self, n: int) -> list[Question]:
+        """Where answers tell most, spread over states unlike one another; or a test's, by chance.
+
+        The first of them is the one that `GoalLearner` would ask about.
+        """
+        learner, rng = self.learner, self.state.rng
+        try:
+            left = np.setdiff1d(learner.unasked, list(self.taught.skipped))
+        except InputError:
+            return []
+        if self.rule.audits(learner):
+            return self._test(n, left)
+        if not left.size:
+            return []
+        some = rng.choice(left, min(_LOOKED_AT, left.size), replace=False)
+        gain = information_gain(learner.belief, some)
+        chosen = self._spread(some, gain, n)
+        return [
+            Question(int(some[k]), INFORMATION, float(gain[k]), self._proposal(int(some[k])))
+            for k in chosen
+        ]
+
+    def _test(self, n: int, left: np.ndarray) -> list[Question]:
+        again = self.learner.audit.again
+        states = [] if again is None else [again]
+        while len(states) < n and left.size:
+            states.append(int(self.state.rng.choice(left)))
+            left = left[left != states[-1]]
+        return [Question(s, TEST, 0.0, self._proposal(s), AUDIT) for s in states]
+
+    def _spread(self, states: np.ndarray, gain: np.ndarray, n: int) -> list[int]:
+        """The best, and of the best-scored others each the least alike to those before it."""
+        first = int(gain.argmax())
+        ranked = [int(k) for k in np.argsort(-gain, kind="stable")[: _CROWD * n] if k != first]
+        chosen = [first]
+        table = np.array([values[states] for values in self.problem.factors.values()])
+        while len(chosen) < n and ranked:
+            unlike = [
+                min((table[:, k] != table[:, c]).sum() for c in chosen) if table.size else 0
+                for k in ranked
+            ]
+            chosen.append(ranked.pop(int(np.argmax(unlike))))
+        return chosen
+
+    def _proposal(self, state: int) -> int:
+        proposed = self.learner.proposal(state)
+        return DONE if proposed is None else proposed
+
+    def sure(self, states: np.ndarray) -> np.ndarray:
+        """The posterior's probability that the policy's action is as good as the best.
+
+        Where it takes a state for a goal, that it is one.
+        """
+        belief, action = self.learner.belief, self.learner.action
+        chosen, weight = belief.likely()
+        ends = belief.members(belief.goal[chosen])[states] @ weight
+        acting, sure = action[states] >= 0, np.zeros(states.size)
+        sure[acting] = votes(belief, states[acting], action[states[acting]])
+        return np.maximum(sure * (1 - ends), ends)
+
+    def enough(self) -> Enough:
+        """By its own predictions, and a test of proposals that it did not choose."""
+        learner = self.learner
+        predicted, audit = learner.predicted, learner.audit
+        said = claim(learner)
+        figures = {
+            "predicted_success": predicted.success,
+            "predicted_accuracy": predicted.accuracy,
+            "ends_agree": learner.ends_agree,
+            "tested": len(audit.passed),
+            "to_test": audit.wanted,
+            "mistaken": learner.mistaken,
+            "slips": learner.unexplained,
+        }
+        reason = f"{said}. I expect to reach the goal from {predicted.success:.0%} of the starts, "
+        reason += f"and to act as you would in {predicted.accuracy:.0%} of the states"
+        if said == LEARNT:
+            reason += (
+                f"; in {len(audit.passed)} states drawn by chance you let what I proposed pass"
+            )
+        elif self.rule.audits(learner):
+            reason += f"; tested in {len(audit.passed)} of {audit.wanted} states drawn by chance"
+        return Enough(said == LEARNT, reason, False, figures)
+
+
+def _same(a: Demonstrations, b: Demonstrations) -> bool:
+    """Whether two sets say the same, in whatever order."""
+
+    def content(d: Demonstrations) -> tuple[list, list]:
+        rows = np.stack([d.trajectory, d.step, d.state, d.action, d.source], axis=1)
+        return sorted(map(tuple, rows.tolist())), sorted(map(tuple, d.ends.tolist()))
+
+    return content(a) == content(b)

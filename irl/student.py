@@ -1,0 +1,184 @@
+"""Who learns in a lesson: round after round from its events, to the same policies each time.
+
+A lesson says before each round up to which event it learns, and whether it starts anew. So what
+was learnt depends on what was said, never on how fast; `irl.lesson_replay` does it over again.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+
+from irl.active_config import ActiveConfig, Progress
+from irl.active_state import TaughtState
+from irl.advice import Advice
+from irl.checkpoint import fingerprint
+from irl.choices import Limits, Settings, check_choice, made
+from irl.clusters import with_intersections
+from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.generalisation import Generalisation
+from irl.lesson_events import Event
+from irl.methods import METHODS
+from irl.policy import Policy
+from irl.posterior.learner import GoalConfig
+from irl.problem import LearningProblem
+from irl.session import Question, Session, policy_hash
+from irl.session_goals import GoalSession
+from irl.session_methods import MethodSession
+from irl.session_network import NetworkSession, begin
+from irl.session_settled import Enough
+from irl.teacher import Teacher
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is taught.
+
+    Attributes:
+        problem: what is known beforehand.
+        task_hash: hash of the task data, or another name of what the problem is.
+        generalisation: what follows from a demonstrated pair.
+    """
+
+    problem: LearningProblem
+    task_hash: str
+    generalisation: Generalisation = field(default_factory=Generalisation.none)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 of all that a learner is told beforehand, besides the task."""
+        problem = self.problem
+        told = [np.array([problem.gamma]), problem.start_states]
+        told += [] if problem.features is None else [problem.features]
+        told += [] if problem.candidates is None else [problem.candidates]
+        named: Mapping[str, np.ndarray] = {
+            **{f"cost {name}": np.asarray(cost) for name, cost in problem.costs.items()},
+            **{f"factor {name}": np.asarray(each) for name, each in problem.factors.items()},
+            **{f"cluster {name}": np.asarray(each) for name, each in problem.clusters.items()},
+        }
+        names = hashlib.sha256("\n".join(named).encode()).hexdigest()
+        vr = sorted((int(s), float(v)) for s, v in problem.fixed_vr.items())
+        return fingerprint(*told, np.array(vr), *named.values(), np.array([int(names[:12], 16)]))
+
+
+@dataclass(frozen=True)
+class StudentConfig(Settings):
+    """Who learns, and how."""
+
+    method: str = "goal_posterior"
+    """The learner: a key of `irl.methods.METHODS`. The default learns most from few answers."""
+    seed: Annotated[int, Limits(0, 2**32 - 1)] = 0
+    """The seed of all that it draws."""
+    queue: Annotated[int, Limits(1, 1000)] = 6
+    """How many questions are proposed in each round."""
+    rules: tuple[str, ...] = ()
+    """The generalisation rules that label pairs which follow from what was shown."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Of the learner: fields of ``ActiveConfig`` for ``fa_mlirl``, of ``GoalConfig`` for
+    ``goal_posterior``, ``strategy`` and the method's own for others."""
+
+    def __post_init__(self) -> None:
+        """Refuse a learner that there is none of."""
+        super().__post_init__()
+        check_choice("method", self.method, METHODS)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Which round to do next: its number, whether to start anew, and all events to learn from."""
+
+    k: int
+    fresh: bool
+    events: Sequence[Event]
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What came of a round.
+
+    Attributes:
+        k: number of the round.
+        policy: what it would do; None if the round could not be done.
+        policy_hash: of it, `irl.session.policy_hash`; empty if there is none.
+        questions: what to ask next, best first.
+        enough: whether it has learnt enough, and why.
+        sure: probability that the policy's action will do, float32 ``[n_states]``, 0 where nothing
+            can be done.
+        error: why the round could not be done; empty if it was.
+    """
+
+    k: int
+    policy: Policy | None
+    policy_hash: str
+    questions: list[Question]
+    enough: Enough
+    sure: np.ndarray
+    error: str = ""
+
+
+class Student:
+    """Learns round by round."""
+
+    def __init__(self, subject: Subject, config: StudentConfig, initial: Demonstrations) -> None:
+        """Nothing is learnt yet; ``initial`` is what was demonstrated before the first question."""
+        self.subject, self.config, self._initial = subject, config, initial
+        self._session: Session | None = None
+
+    def learn(self, order: Order, callback: Callable[[Progress], None] | None = None) -> Learnt:
+        """Do one round."""
+        model, config = self.subject.problem.model, self.config
+        if order.fresh or self._session is None:
+            self._session = begin_session(self.subject, config, self._initial, order.k)
+        session = self._session
+        try:
+            session.apply(order.events[len(session.taught.events) :])
+            session.refit(callback)
+        except InputError as error:
+            enough = Enough(False, str(error), True, {})
+            return Learnt(order.k, None, "", [], enough, np.zeros(model.n_states), str(error))
+        policy = session.policy(task_hash=self.subject.task_hash, seed=config.seed)
+        acting = np.flatnonzero(policy.action >= 0)
+        sure = np.zeros(model.n_states, dtype=np.float32)
+        sure[acting] = session.sure(acting)
+        return Learnt(
+            order.k,
+            policy,
+            policy_hash(policy),
+            session.propose(config.queue),
+            session.enough(),
+            sure,
+        )
+
+
+def begin_session(
+    subject: Subject, config: StudentConfig, initial: Demonstrations, k: int = 0
+) -> Session:
+    """A session of the configured learner that sets out in round ``k``, knowing nothing else.
+
+    Raises:
+        InputError: if an option or a rule is unknown.
+    """
+    problem = subject.problem
+    # The first begins as `active_fa_mlirl` does with a generator of this seed.
+    rng = np.random.default_rng([config.seed, k] if k else config.seed)
+    teacher = Teacher(None, None, subject.generalisation, list(config.rules))  # type: ignore[arg-type]
+    options = dict(config.options)
+    if config.method == "fa_mlirl":
+        active = made(ActiveConfig, options, "options")
+        problem = replace(problem, features=problem.required_features(np.float32))
+        network = begin(problem, initial, active, rng, advised=False)
+        return NetworkSession(problem, network, active, teacher.generalise)
+    state = TaughtState(
+        initial,
+        Advice.none(problem.model.n_states, problem.model.n_actions),
+        with_intersections(problem.clusters, 0),
+        rng,
+    )
+    if config.method == "goal_posterior":
+        return GoalSession(problem, state, teacher.generalise, made(GoalConfig, options, "options"))
+    strategy = options.pop("strategy", "visitation_entropy")
+    return MethodSession(config.method, problem, state, teacher.generalise, strategy, options)

@@ -6,7 +6,6 @@ is of other work, is refused by name and left as it is.
 """
 
 import contextlib
-import hashlib
 import json
 import os
 import platform
@@ -15,33 +14,26 @@ import stat
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from importlib import metadata
 from pathlib import Path
-
-import numpy as np
-import scipy
-import torch
 
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError, first_line
 from irl.files import FileLock
 from irl.formats import distinct
-from irl.lesson_events import Began, Event, from_plain, to_plain
+from irl.lesson_events import Began, Event, from_plain
+from irl.lesson_rows import (
+    APPLICATION,
+    SCHEMA_VERSION,
+    TABLES,
+    connect,
+    digest_of,
+    lock_path,
+    to_row,
+    writer_lock,
+)
 from irl.lesson_taught import from_rows
 
-SCHEMA_VERSION = 1
-APPLICATION = 0x4C45534E
-"""SQLite's mark of whose file it is: LESN."""
-_TABLES = (
-    "CREATE TABLE event (number INTEGER PRIMARY KEY, at REAL NOT NULL, kind TEXT NOT NULL, "
-    "content TEXT NOT NULL, token TEXT UNIQUE, digest TEXT NOT NULL)",
-    "CREATE TRIGGER never_changed BEFORE UPDATE ON event "
-    "BEGIN SELECT RAISE(ABORT, 'a lesson is only added to'); END",
-    "CREATE TRIGGER never_deleted BEFORE DELETE ON event "
-    "BEGIN SELECT RAISE(ABORT, 'a lesson is only added to'); END",
-    "CREATE TRIGGER in_order BEFORE INSERT ON event "
-    "WHEN NEW.number IS NOT (SELECT coalesce(max(number), 0) + 1 FROM event) "
-    "BEGIN SELECT RAISE(ABORT, 'events are numbered from 1, without a gap'); END",
-)
 _REMEDY = "it is left as it is; name another file, or restore this one"
 
 
@@ -49,9 +41,7 @@ def versions() -> dict[str, str]:
     """Of what decides the bits of a policy."""
     return {
         "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "torch": torch.__version__,
+        **{name: metadata.version(name) for name in ("numpy", "scipy", "torch")},
     }
 
 
@@ -89,8 +79,8 @@ class Lesson:
         try:
             with self._told():
                 if writable:
-                    self._lock = _writer_lock(self.path)
-                self._connection = _connect(self.path, writable)
+                    self._lock = writer_lock(self.path)
+                self._connection = connect(self.path, writable)
                 self._read()
                 if writable:  # only now, since a file of somebody else's stays as it is
                     self._connection.execute("PRAGMA journal_mode = WAL")
@@ -116,9 +106,9 @@ class Lesson:
             with contextlib.closing(sqlite3.connect(made)) as connection, connection:
                 connection.execute(f"PRAGMA application_id = {APPLICATION}")
                 connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
-                for statement in _TABLES:
+                for statement in TABLES:
                     connection.execute(statement)
-                row = _row(1, time.time(), began, None, "")
+                row = to_row(1, time.time(), began, None, "")
                 connection.execute("INSERT INTO event VALUES (?, ?, ?, ?, ?, ?)", row)
             with made.open("rb+") as file:
                 os.fsync(file.fileno())
@@ -167,7 +157,7 @@ class Lesson:
                 place=str(self.path),
             )
         found = self._connection.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")
-        if sorted(sql for (sql,) in found) != sorted(_TABLES):
+        if sorted(sql for (sql,) in found) != sorted(TABLES):
             raise InputError(
                 f"its tables or triggers are not those of a lesson; {_REMEDY}", place=str(self.path)
             )
@@ -178,7 +168,7 @@ class Lesson:
             )
         rows = self._connection.execute(
             "SELECT number, at, kind, content, token, digest FROM event ORDER BY number"
-        )
+        ).fetchall()  # an unfinished reading would keep the file open
         for number, row in enumerate(rows, start=1):
             self._take(number, row)
         if not self.events or not isinstance(self.events[0], Began):
@@ -194,7 +184,7 @@ class Lesson:
         texts = isinstance(kind, str) and isinstance(content, str)
         if row[0] != number or not isinstance(at, float) or not texts:
             raise InputError(f"not as a lesson has it; {_REMEDY}", place=place)
-        if digest != _digest(self._digest, row[:5]):
+        if digest != digest_of(self._digest, row[:5]):
             raise InputError(f"was changed, or one before it; {_REMEDY}", place=place)
         try:
             event = from_plain(kind, json.loads(content, object_pairs_hook=distinct))
@@ -233,7 +223,7 @@ class Lesson:
         first, digest, rows = len(self.events) + 1, self._digest, []
         for number, event in enumerate(several, start=first):
             rows.append(
-                _row(number, time.time(), event, token if number == first else None, digest)
+                to_row(number, time.time(), event, token if number == first else None, digest)
             )
             digest = rows[-1][-1]
         with self._told(), self._connection:
@@ -265,7 +255,7 @@ class Lesson:
         lock, self._lock = self._lock, None
         if lock is not None:
             with contextlib.suppress(OSError):
-                _lock_path(self.path).unlink()
+                lock_path(self.path).unlink()
             lock.release()
 
     def __enter__(self) -> "Lesson":
@@ -275,50 +265,3 @@ class Lesson:
     def __exit__(self, *exception: object) -> None:
         """Close the file."""
         self.close()
-
-
-def _row(number: int, at: float, event: Event, token: str | None, before: str) -> tuple:
-    kind, values = to_plain(event)
-    content = json.dumps(values, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    row = (number, at, kind, content, token)
-    return (*row, _digest(before, row))
-
-
-def _digest(before: str, row: Sequence) -> str:
-    """Of a row and, by the digest before it, of all that went before."""
-    return hashlib.sha256(json.dumps([before, *row]).encode()).hexdigest()
-
-
-def _connect(path: Path, writable: bool) -> sqlite3.Connection:
-    mode = "rw" if writable else "ro"
-    uri = f"{path.absolute().as_uri()}?mode={mode}"
-    return sqlite3.connect(uri, uri=True, timeout=5.0, check_same_thread=False)
-
-
-def _lock_path(path: Path) -> Path:
-    # To open and close the lesson itself a second time would end the locks that SQLite has on it.
-    return path.with_name(f"{path.name}-writer")
-
-
-def _writer_lock(path: Path) -> FileLock | None:
-    """The lock, which ends with this process, however that ends; None where the disk has none.
-
-    Raises:
-        InputError: if another process has it.
-    """
-    while True:
-        lock = FileLock(os.open(_lock_path(path), os.O_RDWR | os.O_CREAT, 0o666))
-        held = lock.acquire()
-        if held is None:
-            lock.release()
-            return None
-        if not held:
-            lock.release()
-            raise InputError(
-                "another process is adding to it; wait for it, or name another", place=str(path)
-            )
-        # Whoever had it before may have removed the file since it was opened here.
-        with contextlib.suppress(OSError):
-            if os.path.samestat(os.fstat(lock.descriptor), _lock_path(path).stat()):
-                return lock
-        lock.release()

@@ -20,8 +20,8 @@ from irl.lesson_events import (
     Imported,
     Skipped,
     Undo,
-    stands,
 )
+from irl.lesson_standing import stands
 
 _APART = 10**9
 """From here on runs are numbered that an edit parted from theirs."""
@@ -176,11 +176,11 @@ def imported(event: Imported) -> Demonstrations:
 
 def from_rows(rows: Sequence[Sequence], ends: Sequence[Sequence[int]]) -> Demonstrations:
     """Demonstrations from an event's rows: trajectory, step, state, action, source."""
-    columns = list(zip(*rows, strict=True)) or [[]] * 5
+    trajectory, step, state, action, source = ([row[k] for row in rows] for k in range(5))
     return Demonstrations(
-        *(np.array(column, dtype=np.int64) for column in columns[:4]),
-        np.array([SOURCES.index(name) for name in columns[4]], dtype=np.uint8),
-        np.array(ends, dtype=np.int64).reshape(-1, 3),
+        *(np.array(column, dtype=np.int64) for column in (trajectory, step, state, action)),
+        source=np.array([SOURCES.index(name) for name in source], dtype=np.uint8),
+        ends=np.array(ends, dtype=np.int64).reshape(-1, 3),
     )
 
 

@@ -1,4 +1,4 @@
-"""A lesson's other side: Algorithm 4.1 with the control inverted.
+"""Algorithm 4.1 with the control inverted: the learner's side of a lesson.
 
 Whoever leads a lesson, a page, a terminal or `irl.active_fa_mlirl`, asks a session what to ask
 (`propose`), tells it what was said (`apply`), lets it learn (`refit`), and takes its policy. What

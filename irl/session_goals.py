@@ -67,7 +67,7 @@ class GoalSession(Session):
         held = {*learner.held_out.trajectory.tolist(), *learner.held_out.ends[:, 0].tolist()}
         over = [self.taught.label(a) for a in audits.values() if a.trajectory not in held]
         shown = Demonstrations.concatenate([self.state.labels, *over])
-        if not _same(shown, learner.shown):
+        if not self.rounds or not _same(shown, learner.shown):
             learner.learn(shown, rounds=1 if self.rounds else None)
         self.rule(learner)
         self.q = self.state.advice.apply(learner.q, self.problem.model.mask, prefer="ignore")

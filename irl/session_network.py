@@ -1,4 +1,4 @@
-"""Algorithm 4.1 itself, with the control inverted: a VR network, questions by a strategy, advice."""
+"""Algorithm 4.1 itself, led from outside: a VR network, questions by a strategy, advice."""
 
 from collections.abc import Callable
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-STILL, ROUNDS = 0.005, 3
+STILL, ROUNDS = 0.005, 5
 """Share of states whose action may change in a round, and rounds in a row, to be called settled."""
 
 

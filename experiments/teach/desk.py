@@ -11,17 +11,12 @@ would: only the first trajectory, if the lesson begins without any, is followed 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-import numpy as np
-
-from experiments.teach.asking import AGAIN, EPISODE, LONGEST, RUN, Asking
-from experiments.teach.rounds import Learner, Rounds
-from experiments.teach.shown import NOT_ACCEPTED, Given, Shown
-from experiments.teach.worlds import World
-from irl.clusters import intersection
+from experiments.teach.asking import AGAIN, RUN
+from experiments.teach.notes import DeskConfig, Notes
+from experiments.teach.shown import NOT_ACCEPTED, Given
 from irl.errors import InputError
-from irl.lesson import Lesson
 from irl.lesson_events import (
     AUDIT,
     DONE,
@@ -30,7 +25,6 @@ from irl.lesson_events import (
     Acted,
     Advised,
     Answered,
-    Asked,
     Cluster,
     Edit,
     Event,
@@ -39,30 +33,14 @@ from irl.lesson_events import (
     Skipped,
     Undo,
     hash_of_states,
-    last_said,
 )
-from irl.lesson_replay import config_of
-from irl.lesson_taught import Taught
+from irl.lesson_standing import last_said
 from irl.policy import Policy
 from irl.session import Question
 from irl.session_settled import Enough
 from irl.student import Learnt
 
-TENTH = 10
-"""Of so many answers one is held out, if the teacher wishes."""
-
-
-@dataclass(frozen=True)
-class DeskConfig:
-    """How a lesson is led.
-
-    Attributes:
-        synchronous: a round after each answer, and no episodes.
-        hold_out: whether every tenth answer is held out, to judge the policy by.
-    """
-
-    synchronous: bool = False
-    hold_out: bool = False
+__all__ = ["AdviceGiven", "Desk", "DeskConfig"]
 
 
 @dataclass(frozen=True)
@@ -74,36 +52,15 @@ class AdviceGiven:
     contradicted: tuple[int, ...] = ()
 
 
-@dataclass
-class Desk:
+class Desk(Notes):
     """One lesson, being taught. What it may be asked to do is refused by `InputError` if it cannot.
 
-    Attributes:
-        world: what is taught.
-        lesson: the file; this is its only writer.
-        learner: who learns.
-        config: how it is led.
-        taught: what was said so far.
-        rounds: what was learnt so far.
-        asking: what is asked next.
-        question: what is asked now.
+    What it is made of, and what it shows, are the attributes of `Notes`.
     """
 
-    world: World
-    lesson: Lesson
-    learner: Learner
-    config: DeskConfig = field(default_factory=DeskConfig)
-
     def __post_init__(self) -> None:
-        """Take up a lesson where it stands, the open question included."""
-        self.student = config_of(self.lesson, self.world.subject)
-        self.taught = Taught.of(self.lesson.events)
-        self.rounds = Rounds(self.lesson, self.learner)
-        self.asking = Asking(self.world, self.lesson, self.taught, self.student.seed)
-        self.question: Shown | None = None
-        open_ = self.asking.open_question()
-        if open_ is not None:
-            self.question = self.asking.shown(*open_)
+        """Take up a lesson where it stands, and begin to learn from it."""
+        super().__post_init__()
         self.tick()
         if self.question is None:
             self._next()
@@ -254,10 +211,6 @@ class Desk:
 
     # --- Advice -----------------------------------------------------------------------------
 
-    def members(self, cluster: str) -> np.ndarray:
-        """The states of a cluster, or of an intersection such as ``"a ∩ b"``."""
-        return intersection(self.world.clusters, cluster)
-
     def make_cluster(self, cluster: str, token: str) -> int:
         """Keep an intersection; how many states it has."""
         states = self._some_members(cluster)
@@ -317,83 +270,12 @@ class Desk:
 
     @property
     def _may_learn(self) -> bool:
-        """Whether a round may begin; a synchronous desk waits for the first trajectory's end."""
-        in_first_run = self.question is not None and self.question.step > 0
-        return not (self.config.synchronous and in_first_run)
+        """Whether a round may begin: nobody learns a goal from a trajectory that goes on still."""
+        first = self.learnt is None and len(self.taught.trajectories) == 1
+        return not (first and self.question is not None and self.question.step > 0)
 
     def _take_up(self) -> bool:
         changed = self.rounds.poll()
         if changed and self.learnt is not None and not self.rounds.error:
             self.asking.take_up(self.learnt)
         return changed
-
-    # --- What the above share ---------------------------------------------------------------
-
-    def _next(self) -> None:
-        self._say([self.asking.event(self.asking.next())])
-
-    def _say(self, events: list[Event], token: str | None = None) -> bool:
-        """Write events down and take them up; whether they were new under their token.
-
-        The last of them is the question shown from now on, if it is one; an answer leaves none.
-        """
-        first = len(self.lesson.events)
-        if self.lesson.append(events, token) is None:
-            return False
-        self.taught.add(events)
-        self.asking.note(first)
-        last = events[-1]
-        if isinstance(last, Asked):
-            self.question = self.asking.shown(len(self.lesson.events), last)
-        elif token is not None and self.question is not None and token == self.question.token:
-            self.question = None
-        return True
-
-    def _onward(self, asked: Shown, action: int, came: int) -> list[Event]:
-        """The question that goes on with an episode, if it goes on."""
-        alone = self.config.synchronous and not self.asking.is_run(asked.trajectory)
-        over = asked.step + 1 >= LONGEST or not self.world.model.widths[came]
-        if alone or over or asked.purpose == AUDIT:
-            return []
-        step = asked.step + 1 + (not self._leads(asked.state, action, came))
-        return [self.asking.event(Question(came, EPISODE, 0.0), asked.trajectory, step)]
-
-    def _is_held_out(self, asked: Shown, action: int) -> bool:
-        due = len(self.taught.answers) % TENTH == TENTH - 1
-        return self.config.hold_out and due and asked.purpose == LEARN and action != DONE
-
-    def _drawn(self, state: int, action: int) -> int:
-        return self.world.model.sample(state, action, self.asking.chance())
-
-    def _leads(self, state: int, action: int, to: int) -> bool:
-        """Whether an action may lead there, by the model."""
-        if action == DONE:
-            return False
-        pair = int(self.world.model.pair_index(state, action))
-        return bool(self.world.model.P[pair, to] > 0)
-
-    def _following(self, state: int, action: int) -> tuple[tuple[int, int], ...]:
-        rules = list(self.student.rules)
-        if action == DONE or not rules:
-            return ()
-        states, actions = self.world.subject.generalisation.following(state, action, rules)
-        return tuple(dict.fromkeys(zip(states.tolist(), actions.tolist(), strict=True)))
-
-    def _require(self, state: int, action: int) -> None:
-        """Refuse what cannot be done."""
-        model = self.world.model
-        if not 0 <= state < model.n_states:
-            raise InputError(f"no state {state}", place="answer")
-        feasible = model.actions_of(state).tolist()
-        if action != DONE and action not in feasible:
-            raise InputError(
-                f"action {action} is not feasible in state {state}",
-                place="answer",
-                valid=[*feasible, DONE],
-            )
-
-    def _some_members(self, cluster: str) -> np.ndarray:
-        states = self.members(cluster)
-        if not states.size:
-            raise InputError("has no states", place=f"cluster {cluster!r}")
-        return states

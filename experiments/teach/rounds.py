@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from irl.lesson import Lesson
-from irl.lesson_events import DONE, LEARN, SAID, Result, Round, Undo
+from irl.lesson_events import DONE, LEARN, Result, Round, Undo
+from irl.lesson_standing import SAID
 from irl.lesson_taught import Taught
 from irl.student import Learnt, Order, Student
 
@@ -77,7 +78,7 @@ class Rounds:
     @property
     def news(self) -> bool:
         """Whether something was said since the last round began."""
-        return any(isinstance(e, SAID + (Undo,)) for e in self.lesson.events[self._upto :])
+        return any(isinstance(e, (*SAID, Undo)) for e in self.lesson.events[self._upto :])
 
     def begin(self, taught: Taught) -> bool:
         """Begin a round if there is something new to learn from, and none is being done."""

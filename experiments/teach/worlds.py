@@ -1,4 +1,4 @@
-"""What can be taught: the robot's grasping task, or the grid; what it is called, and how to judge it."""
+"""What can be taught: the robot's grasping task, or the grid; in words, and how to judge it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -13,7 +13,7 @@ import sqlite3
 import stat
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
 
@@ -54,18 +54,21 @@ class Lesson:
         times: when each was added, in seconds since 1970.
     """
 
-    def __init__(self, path: Path, *, writable: bool = True) -> None:
+    def __init__(
+        self, path: Path, *, writable: bool = True, clock: Callable[[], float] = time.time
+    ) -> None:
         """Open a lesson, which must be there.
 
         Args:
             path: of the file.
             writable: whether to add to it.
+            clock: tells seconds since 1970.
 
         Raises:
             InputError: if it is missing, no lesson, damaged, changed, of another schema version, or
                 being added to by another process.
         """
-        self.path = Path(path)
+        self.path, self._clock = Path(path), clock
         self.events: list[Event] = []
         self.times: list[float] = []
         self._tokens: set[str] = set()
@@ -90,7 +93,7 @@ class Lesson:
             raise
 
     @classmethod
-    def begin(cls, path: Path, began: Began) -> "Lesson":
+    def begin(cls, path: Path, began: Began, *, clock: Callable[[], float] = time.time) -> "Lesson":
         """Make a lesson, whole or not at all, and open it.
 
         Raises:
@@ -108,7 +111,7 @@ class Lesson:
                 connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
                 for statement in TABLES:
                     connection.execute(statement)
-                row = to_row(1, time.time(), began, None, "")
+                row = to_row(1, float(clock()), began, None, "")
                 connection.execute("INSERT INTO event VALUES (?, ?, ?, ?, ?, ?)", row)
             with made.open("rb+") as file:
                 os.fsync(file.fileno())
@@ -116,7 +119,7 @@ class Lesson:
                 os.link(made, path)  # which, other than renaming, replaces nothing
             except FileExistsError:
                 raise taken from None
-        return cls(path)
+        return cls(path, clock=clock)
 
     # --- Reading ----------------------------------------------------------------------------
 
@@ -131,6 +134,11 @@ class Lesson:
     def initial(self) -> Demonstrations:
         """The demonstrations before the first question."""
         return from_rows(self.began.initial, self.began.ends)
+
+    @property
+    def mark(self) -> str:
+        """The digest of all events, which no other lesson has."""
+        return self._digest
 
     def require_task(self, task_hash: str) -> None:
         """Refuse a lesson about another task.
@@ -221,10 +229,9 @@ class Lesson:
             raise InputError("was closed", place=str(self.path))
         several = [events] if not isinstance(events, Sequence) else list(events)
         first, digest, rows = len(self.events) + 1, self._digest, []
+        at = float(self._clock())
         for number, event in enumerate(several, start=first):
-            rows.append(
-                to_row(number, time.time(), event, token if number == first else None, digest)
-            )
+            rows.append(to_row(number, at, event, token if number == first else None, digest))
             digest = rows[-1][-1]
         with self._told(), self._connection:
             self._connection.executemany("INSERT INTO event VALUES (?, ?, ?, ?, ?, ?)", rows)

@@ -211,12 +211,14 @@ class Imported:
         rows: of demonstrations: trajectory, step, state, action, source.
         ends: where runs ended: trajectory, step, state.
         advice: for each piece cluster, hash of its states, preferred, avoided.
+        excluded: pairs that no rule may label: state, action.
     """
 
     source: str
     rows: list
     ends: list
     advice: list
+    excluded: list
 
 
 Event = (

@@ -1,6 +1,6 @@
 """What a lesson's events come to: runs, ends, advice, and what was refused."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -103,6 +103,18 @@ class Taught:
             case Imported():
                 self.imports.append(event)
                 self.advised += [Advised(*piece) for piece in event.advice]
+                self.excluded |= {(int(s), int(a)) for s, a in event.excluded}
+
+    def forget(self, upto: int) -> None:
+        """Leave out what the events up to number ``upto`` say; edits of it are left out too."""
+        rest = stands(self.events)
+        for kept in (self.answers, self.advised, self.clusters, self.excluded, self.skipped):
+            kept.clear()
+        self.imports.clear()
+        self._of_run.clear()
+        for number, event in rest.items():
+            if number > upto:
+                self._take(number, event)
 
     def with_purpose(self, purpose: str) -> dict[int, Answered]:
         """The answers for a purpose, by number."""
@@ -196,16 +208,3 @@ def _of_rows(
     pairs: Sequence[tuple[int, int, int, int]], source: str, ends: Sequence[tuple[int, int, int]]
 ) -> Demonstrations:
     return from_rows([(*pair, source) for pair in pairs], ends)
-
-
-def advice_of(taught: Taught) -> list[Mapping]:
-    """Advice as plain values, in order."""
-    return [
-        {
-            "cluster": each.cluster,
-            "states_hash": each.states_hash,
-            "preferred": sorted(each.preferred),
-            "avoided": sorted(each.avoided),
-        }
-        for each in taught.advised
-    ]

@@ -89,6 +89,8 @@ class Desk(Notes):
         if asked is None or token != asked.token or self.lesson.used(token):
             return NOT_ACCEPTED
         self._require(asked.state, action)
+        if outcome is not None:
+            self._require_state(outcome)
         held_out = self._is_held_out(asked, action)
         said = Answered(
             *(asked.state, action, asked.trajectory, asked.step, asked.proposed),
@@ -114,6 +116,8 @@ class Desk(Notes):
         if asked is None or token != asked.token or asked.proposed in (None, DONE):
             return NOT_ACCEPTED
         action = int(asked.proposed)  # type: ignore[arg-type]
+        if outcome is not None:
+            self._require_state(outcome)
         came = self._drawn(asked.state, action) if outcome is None else outcome
         number = len(self.lesson.events) + 1
         acted = Acted(asked.state, action, asked.trajectory, asked.step, came)
@@ -141,6 +145,7 @@ class Desk(Notes):
     def begin_run(self, state: int | None = None) -> None:
         """Ask for a whole trajectory, from a state or from a start drawn by chance."""
         start = self.asking.start() if state is None else state
+        self._require_state(start)
         self._say([self.asking.event(Question(start, RUN, 0.0))])
 
     def correct(self, state: int, action: int, token: str, after: int | None = None) -> int | None:
@@ -204,10 +209,17 @@ class Desk(Notes):
 
     def exclude(self, number: int, pairs: Sequence[tuple[int, int]], token: str) -> bool:
         """Refuse labels that rules would give after an answer."""
+        if number not in self.taught.answers:
+            raise InputError(f"no answer {number} holds", place="exclude")
         plain = [[int(s), int(a)] for s, a in pairs]
         done = self._say([Excluded(number, plain)], token)
         self.tick()
         return done
+
+    def take(self, events: list[Event]) -> None:
+        """Take in what came from files, checked before."""
+        self._say(events)
+        self.tick()
 
     # --- Advice -----------------------------------------------------------------------------
 

@@ -121,9 +121,8 @@ class Notes:
 
     def _require(self, state: int, action: int) -> None:
         """Refuse what cannot be done."""
+        self._require_state(state)
         model = self.world.model
-        if not 0 <= state < model.n_states:
-            raise InputError(f"no state {state}", place="answer")
         feasible = model.actions_of(state).tolist()
         if action != DONE and action not in feasible:
             raise InputError(
@@ -131,6 +130,12 @@ class Notes:
                 place="answer",
                 valid=[*feasible, DONE],
             )
+
+    def _require_state(self, state: int) -> None:
+        """Refuse a state that there is none of."""
+        n = self.world.model.n_states
+        if not 0 <= state < n:
+            raise InputError(f"no state {state}; they are 0…{n - 1}", place="answer")
 
     def members(self, cluster: str) -> np.ndarray:
         """The states of a cluster, or of an intersection such as ``"a ∩ b"``."""

@@ -4,6 +4,7 @@ A round is written down before it begins, with the events that it may know of, a
 it ends. So a lesson can be learnt over again whatever the learner's and the teacher's speed.
 """
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -47,6 +48,31 @@ class LocalLearner:
         """What came of it."""
         learnt, self._learnt = self._learnt, None
         return learnt
+
+
+@dataclass
+class ThreadLearner:
+    """Does its rounds in a thread, while a terminal waits for a line."""
+
+    student: Student
+    lost: bool = False
+    _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1), init=False)
+    _round: "Future[Learnt] | None" = field(default=None, init=False)
+
+    def start(self, order: Order) -> None:
+        """Begin a round."""
+        self._round = self._pool.submit(self.student.learn, order)
+
+    def poll(self) -> Learnt | None:
+        """What came of it, once it did.
+
+        Raises:
+            Exception: whatever ended the round, if something did.
+        """
+        if self._round is None or not self._round.done():
+            return None
+        done, self._round = self._round, None
+        return done.result()
 
 
 @dataclass

@@ -9,6 +9,7 @@ import json
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +22,12 @@ from experiments.kit.command import Output
 from experiments.kit.kept_rows import KeptRows
 from experiments.kit.shipped_data import FEASIBILITY, MAP, save_feasibility
 from experiments.reachability import workspace_run
-from irl import checkpoint, kept_arrays, policy, task_data
+from irl import checkpoint, kept_arrays, lesson_rows, policy, task_data
 from irl.files import sha256
 from irl.formats import write_json
+from irl.lesson import Lesson
+from irl.lesson_events import Answered
+from irl.lesson_exchange import save_advice
 from irl.outcomes import LearntReward, SoftPolicy, save_reward, save_soft_policy
 from irl.policy import Policy, save_policy
 from irl.task_data import save_task
@@ -103,6 +107,14 @@ def _trials(folder: Path) -> None:
         leftover.unlink()
 
 
+def _lesson(folder: Path) -> None:
+    clock = count(100.0).__next__
+    with Lesson.begin(folder / "lesson.db", inputs.LESSON[0], clock=clock) as lesson:
+        for event in inputs.LESSON[1:]:
+            lesson.append(event, token="t0" if isinstance(event, Answered) else None)
+        save_advice(lesson, folder / "advice.json")
+
+
 def _kept_rows(folder: Path) -> None:
     KeptRows(Output(folder, None), {"seed": 1, "states": [25]}).add({"states": 25, "seconds": 0.5})
 
@@ -145,6 +157,7 @@ FORMATS = {
     "training": Format(str(checkpoint.SCHEMA_VERSION), _training),
     "active_learning": Format(str(checkpoint.SCHEMA_VERSION), _active),
     "trial_database": Format(str(database.SCHEMA_VERSION), _trials),
+    "lesson": Format(str(lesson_rows.SCHEMA_VERSION), _lesson),
     "kept_rows": Format(BY_CONTENT, _kept_rows),
     "learning_curve": Format(BY_CONTENT, _curve),
     "reachability_map": Format(BY_CONTENT, _map),

@@ -13,6 +13,23 @@ from irl.committee import Committee
 from irl.demonstrations import Demonstrations
 from irl.function_approx import Learner
 from irl.generalisation import Generalisation
+from irl.lesson_events import (
+    Acted,
+    Advised,
+    Answered,
+    Asked,
+    Began,
+    Cluster,
+    Edit,
+    Excluded,
+    Imported,
+    Outcome,
+    Result,
+    Round,
+    Skipped,
+    Undo,
+    hash_of_states,
+)
 from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 from irl.problem import LearningProblem
@@ -174,3 +191,28 @@ def workspace_map() -> WorkspaceMap:
     reason[0] = 0
     q = np.array([[0.5, -0.25, 3.0, 1.0, 0.0, 5.0, 0.125]], dtype=np.float32)
     return WorkspaceMap(grid, Decisions(reason, q, np.array([0.0125], dtype=np.float32)))
+
+
+LESSON = [
+    Began(
+        "7a" * 32,
+        {"method": "planning", "seed": 3, "rules": ["drop"], "options": {"strategy": "random"}},
+        {"numpy": "2.0"},
+        [[0, 0, 3, 1, "demonstrator"]],
+        [[0, 1, 2]],
+    ),
+    Round(0, 1, True),
+    Result(0, "5b" * 32, {"enough": False, "changed": None}),
+    Asked(2, "random", 0.25, 0, 1, 0, 1, "learn", "t0"),
+    Answered(2, 1, 1, 0, 1, 2.5, 3, "learn"),
+    Outcome(5, 3),
+    Acted(3, 0, 1, 1, 2),
+    Cluster("low ∩ all", hash_of_states([0, 1])),
+    Advised("low ∩ all", hash_of_states([0, 1]), [1], [0]),
+    Excluded(5, [[0, 1]]),
+    Skipped(3),
+    Edit(5, {"action": 0}),
+    Undo(11),
+    Imported("more.csv", [[9, 0, 0, 1, "human"]], [], [["low", "", [], [1]]], [[1, 1]]),
+]
+"""One event of every kind."""

@@ -16,6 +16,9 @@ from experiments.kit.shipped_data import load_feasibility
 from experiments.reachability import workspace_run
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
+from irl.lesson import Lesson
+from irl.lesson_events import Undo
+from irl.lesson_exchange import read_advice
 from irl.outcomes import load_reward, load_soft_policy
 from irl.policy import load_policy
 from irl.task_data import load_task
@@ -47,7 +50,7 @@ def example(tmp_path):
     """``example("policy/1")`` gives a copy of that example's folder."""
 
     def copied(name: str) -> Path:
-        return Path(shutil.copytree(KEPT / name, tmp_path / name))
+        return Path(shutil.copytree(KEPT / name, tmp_path / name, dirs_exist_ok=True))
 
     return copied
 
@@ -168,6 +171,17 @@ def test_active_learning_goes_on_from_a_checkpoint(name, example):
     assert (state.asked, state.asked_clusters, state.history) == ([2], ["low"], wanted.history)
     assert [tuple(pair) for pair in state.advice.avoided] == [(2, 0)]
     assert (state.learner.beta, state.committee.members[0].beta) == (8.0, 16.0)
+
+
+@pytest.mark.parametrize("name", [k for k in kept() if k.startswith("lesson/")])
+def test_lessons_are_read_and_added_to(name, example):
+    with Lesson(example(name) / "lesson.db") as lesson:
+        assert lesson.events == inputs.LESSON
+        assert lesson.times == [100.0 + k for k in range(len(inputs.LESSON))]
+        assert lesson.append(Undo(9)) == 15
+    path, clusters = example(name) / "advice.json", {"low": np.array([0, 1]), "all": np.arange(4)}
+    (first, second) = read_advice(path, "7a" * 32, clusters, 2).advice
+    assert (first[0], second) == ("low ∩ all", ["low", "", [], [1]])
 
 
 READ_DATABASES = {"trial_database/2", "trial_database/3", "trial_database/4"}

@@ -130,7 +130,7 @@ def test_answers_for_a_test_or_held_out_are_not_among_the_runs():
 
 
 def test_what_came_from_a_file_is_taken_back_like_anything_else():
-    event = Imported("d.csv", [[0, 0, 1, 2, "human"]], [[0, 1, 3]], [["all", "", [1], [2]]])
+    event = Imported("d.csv", [[0, 0, 1, 2, "human"]], [[0, 1, 3]], [["all", "", [1], [2]]], [])
     taught = Taught.of([event])
     assert taught.runs()[0].pairs == [(1, 2)] and taught.advised[0].avoided == [2]
     back = Taught.of([event, Undo(1)])

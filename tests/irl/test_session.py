@@ -231,7 +231,7 @@ def test_a_test_that_was_taken_back_begins_again():
 def test_what_came_from_a_file_is_learnt_from():
     rows, ends = to_rows(FIRST)
     session = begin_session(SUBJECT, config("planning"), Demonstrations.empty())
-    session.apply([Imported("d.csv", rows, ends, [["left", "", [0], [2]]])])
+    session.apply([Imported("d.csv", rows, ends, [["left", "", [0], [2]]], [])])
     other = begin_session(SUBJECT, config("planning"), FIRST)
     other.apply([Advised("left", "", [0], [2])])
     for each in (session, other):

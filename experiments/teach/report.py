@@ -1,0 +1,172 @@
+"""What a lesson looks like afterwards: contradictions, odd answers, coverage, time, and a check.
+
+Answers held out are compared with the policy, as the thesis' validation set is: nobody learnt from
+them.
+"""
+
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from experiments.teach.desk import Desk
+from experiments.teach.worlds import World
+from irl.lesson_events import AUDIT, DONE, HELD_OUT, LEARN, Answered
+from irl.lesson_exchange import demonstrations_of
+from irl.lesson_odds import odds
+from irl.metrics import Share
+
+LISTED = 10
+"""Odd answers and contradictions that are printed, at most."""
+
+
+def report(desk: Desk) -> dict[str, Any]:
+    """Everything that is told of a lesson, as plain values."""
+    answers = desk.taught.answers
+    return {
+        "answers": len(answers),
+        "contradictions": contradictions(desk),
+        "at_odds": at_odds(desk),
+        "coverage": coverage(desk),
+        "seconds": times(list(answers.values())),
+        "held_out": held_out(desk),
+        "tested": tested(list(answers.values())),
+    }
+
+
+def contradictions(desk: Desk) -> list[dict[str, Any]]:
+    """States with several answers, and answers that advice is against."""
+    by_state: dict[int, dict[int, list[int]]] = {}
+    for number, answer in desk.taught.answers.items():
+        by_state.setdefault(answer.state, {}).setdefault(answer.action, []).append(number)
+    found: list[dict[str, Any]] = [
+        {"kind": "answers", "state": state, "actions": actions, "answers": sorted(chain(*given))}
+        for state, said in sorted(by_state.items())
+        if len(said) > 1
+        for actions, given in [(sorted(said), said.values())]
+    ]
+    for piece in desk.taught.advised:
+        inside = set(desk.members(piece.cluster).tolist())
+        for number, answer in desk.taught.answers.items():
+            if answer.state in inside and answer.action in piece.avoided:
+                found.append(
+                    {
+                        "kind": "advice",
+                        "cluster": piece.cluster,
+                        "state": answer.state,
+                        "actions": [answer.action],
+                        "answers": [number],
+                    }
+                )
+    return found
+
+
+def at_odds(desk: Desk) -> list[dict[str, Any]]:
+    """All answers, the oddest first: each one's likelihood by the rest (`irl.lesson_odds`)."""
+    answers = {n: a for n, a in desk.taught.answers.items() if a.purpose != HELD_OUT}
+    if not any(answer.action != DONE for answer in answers.values()):
+        return []
+    shown = demonstrations_of(desk.lesson, (LEARN, AUDIT))
+    said = [(answer.state, answer.action) for answer in answers.values()]
+    rng = np.random.default_rng(desk.student.seed)
+    each = odds(desk.world.subject.problem, shown, said, rng)
+    rows = [
+        {
+            "answer": number,
+            "state": answer.state,
+            "action": answer.action,
+            "likelihood": odd.likelihood,
+            "ratio": odd.ratio,
+        }
+        for (number, answer), odd in zip(answers.items(), each, strict=True)
+    ]
+    return sorted(rows, key=lambda row: (row["ratio"], row["answer"]))
+
+
+def coverage(desk: Desk) -> dict[str, Any]:
+    """How much of what can be got to was shown: states, and values of each factor."""
+    world = desk.world
+    reached = np.flatnonzero(world.reached & (world.model.widths > 0))
+    shown = demonstrations_of(desk.lesson)
+    states = np.intersect1d(np.union1d(shown.state, shown.ends[:, 2]), reached)
+    factors = {
+        name: [int(np.unique(values[states]).size), int(np.unique(values[reached]).size)]
+        for name, values in world.subject.problem.factors.items()
+    }
+    return {
+        "states": int(states.size),
+        "share": states.size / max(reached.size, 1),
+        "factors": factors,
+        "trajectories": int(np.unique([*shown.trajectory, *shown.ends[:, 0]]).size),
+    }
+
+
+def times(answers: list[Answered]) -> dict[str, float] | None:
+    """Seconds an answer took."""
+    taken = [answer.seconds for answer in answers if answer.seconds > 0]
+    if not taken:
+        return None
+    return {
+        "median": float(np.median(taken)),
+        "p90": float(np.quantile(taken, 0.9)),
+        "total": float(np.sum(taken)),
+        "previews": int(sum(answer.previews for answer in answers)),
+    }
+
+
+def held_out(desk: Desk) -> dict[str, Any] | None:
+    """How often the policy does what was answered, over answers that it never saw."""
+    answers = [a for a in desk.taught.answers.values() if a.purpose == HELD_OUT]
+    if desk.policy is None or not answers:
+        return None
+    same = sum(int(desk.policy.action[a.state]) == a.action for a in answers)
+    return _share(same, len(answers))
+
+
+def tested(answers: list[Answered]) -> dict[str, Any] | None:
+    """How often the learner's proposal passed, in states drawn by chance to test it."""
+    tests = [answer for answer in answers if answer.purpose == AUDIT]
+    if not tests:
+        return None
+    return _share(sum(a.preselected == a.action for a in tests), len(tests))
+
+
+def _share(successes: int, trials: int) -> dict[str, Any]:
+    share = Share(successes, trials)
+    return {"agreed": successes, "answers": trials, "interval": list(share.interval)}
+
+
+def show_report(world: World, told: dict[str, Any]) -> None:
+    """Print a report."""
+    seen = told["coverage"]
+    print(
+        f"{told['answers']} answers in {seen['trajectories']} trajectories; {seen['states']} states"
+        f" shown, {seen['share']:.2%} of those that can be got to"
+    )
+    parts = ", ".join(f"{name} {n} of {of}" for name, (n, of) in seen["factors"].items())
+    print(f"of what states have in common: {parts}")
+    if told["seconds"]:
+        print(
+            "an answer took {median:.1f} s, one in ten above {p90:.1f} s".format(**told["seconds"])
+        )
+    for name, words in (
+        ("held_out", "held out, the policy does"),
+        ("tested", "of a test, it said"),
+    ):
+        if told[name]:
+            low, high = told[name]["interval"]
+            print(
+                f"{told[name]['agreed']} of {told[name]['answers']} answers {words} "
+                f"[{low:.0%}, {high:.0%}]"
+            )
+    for row in told["contradictions"][:LISTED]:
+        actions = " / ".join(map(world.say_action, row["actions"]))
+        print(f"contradiction ({row['kind']}), {world.say_state(row['state'])}: {actions}")
+    odd = [row for row in told["at_odds"] if row["ratio"] < 0.1]
+    if odd:
+        print(f"{len(odd)} answers are at odds with the rest; the oddest:")
+    for row in odd[:LISTED]:
+        print(
+            f"  answer {row['answer']}: {world.say_state(row['state'])} → "
+            f"{world.say_action(row['action'])} ({row['ratio']:.1e} as likely as the likeliest)"
+        )

@@ -1,0 +1,26 @@
+"""Who may learn in a lesson, with what settings."""
+
+from dataclasses import asdict, replace
+from typing import Any
+
+from experiments.grasping.learning import LearningConfig
+from irl.student import StudentConfig
+
+
+def student_config(learner: str, seed: int, *, grid: bool = False) -> StudentConfig:
+    """The settings of a learner, for the robot's task or for the grid."""
+    options: dict[str, Any] = {}
+    if learner == "fa_mlirl" and not grid:
+        # As in the demo, which asks about clusters as well; here the teacher advises unasked.
+        active = replace(LearningConfig().active, cluster_query="none", max_demonstrated=None)
+        options = asdict(active)
+    elif learner == "fa_mlirl":
+        training = {"step": 0.003, "beta": 70.0}
+        options = {
+            "initial": {"iterations": 1000, **training},
+            "refine": {"iterations": 100, **training},
+            "hidden": (32, 32),
+            "state_query": "visitation_entropy",
+            "query_beta": 70.0,
+        }
+    return StudentConfig(learner, seed=seed, options=options)

@@ -1,0 +1,120 @@
+"""A lesson in the terminal: questions in words, answers by number or by a word or two."""
+
+import time
+
+from experiments.teach.commands import QUIT, Command, check, perform, settle
+from experiments.teach.desk import Desk
+from experiments.teach.shown import Shown
+from irl.errors import InputError
+from irl.lesson_events import DONE
+
+HELP = """\
+Enter        the marked choice          1 2 3    the learner's favourites
+d            done: nothing to do here   a        all that can be done here, with numbers
+a17          the action of that number  words    the one action whose words hold these
+u            take the last thing back   s, n     put aside, for good or for now
+prefer C: N… avoid C: N…                advice for a cluster, such as: avoid grasped: 12 13
+clusters     their names                w        why this question
+q            end the lesson"""
+
+
+def teach(desk: Desk) -> None:
+    """Ask until the teacher ends the lesson, by ``q`` or by the end of input."""
+    print(HELP)
+    said_enough = False
+    while desk.question is not None:
+        desk.tick()
+        if desk.enough.enough and not said_enough:
+            said_enough = True
+            print(f"\nI have learnt enough, because {desk.enough.reason}.\nGo on, or end with q.")
+        asked = desk.question
+        show(desk, asked)
+        began = time.monotonic()
+        try:
+            line = input("> ").strip()
+        except EOFError:
+            break
+        try:
+            command = understood(desk, asked, line)
+            if command is None:
+                continue
+            if command.get("do") == QUIT:
+                break
+            if "action" in command and "do" not in command:
+                command = {**command, "seconds": time.monotonic() - began}
+            check(command, "answer")
+            print(f"  {perform(desk, command)}")
+        except InputError as error:
+            print(f"  {error}")
+    settle(desk)
+
+
+def show(desk: Desk, asked: Shown) -> None:
+    """Print a question."""
+    world = desk.world
+    kind = {"audit": "a test", "learn": asked.strategy}.get(asked.purpose, asked.strategy)
+    print(f"\n[{len(desk.taught.answers)} answers; {kind}] {asked.words}")
+    for k, action in enumerate(asked.top, start=1):
+        mark = "▸" if action == asked.proposed else " "
+        print(f" {mark} {k}  {world.say_action(action)}")
+    if asked.proposed is not None and asked.proposed not in asked.top:
+        print(f" ▸    {world.say_action(asked.proposed)}")
+
+
+def understood(desk: Desk, asked: Shown, line: str) -> Command | None:
+    """The command that a typed line is; None if it only wanted to see something.
+
+    Raises:
+        InputError: if it is none.
+    """
+    world, plain = desk.world, line.lower()
+    if plain in ("a", "w", "clusters", "?", "h"):
+        print(_looked_up(desk, asked, plain))
+        return None
+    simple: dict[str, Command] = {
+        "": {"action": "proposed"},
+        "d": {"action": "done"},
+        "u": {"do": "undo"},
+        "s": {"do": "skip"},
+        "n": {"do": "another"},
+        "q": {"do": QUIT},
+    }
+    if plain in simple:
+        return simple[plain]
+    if plain.split()[0] in ("prefer", "avoid") and ":" in line:
+        cluster, _, actions = line.partition(" ")[2].partition(":")
+        field = "preferred" if plain.startswith("prefer") else "avoided"
+        if not all(word.isdigit() for word in actions.split()):
+            raise InputError("numbers of actions wanted after the colon", place=line[:40])
+        return {"do": "advise", "cluster": cluster.strip(), field: [*map(int, actions.split())]}
+    if plain.isdigit() and 1 <= int(plain) <= len(asked.top):
+        return {"action": asked.top[int(plain) - 1]}
+    if plain[0] == "a" and plain[1:].isdigit():
+        return {"action": int(plain[1:])}
+    parts = plain.split()
+    choices = [*asked.feasible, DONE]
+    found = [a for a in choices if all(part in world.say_action(a).lower() for part in parts)]
+    if len(found) != 1:
+        told = ", ".join(world.say_action(a) for a in found[:4])
+        raise InputError(
+            f"{len(found)} actions have these words{f': {told}…' if found else ''}",
+            place=line[:40],
+        )
+    return {"action": found[0]}
+
+
+def _looked_up(desk: Desk, asked: Shown, what: str) -> str:
+    world = desk.world
+    if what == "a":
+        return "\n".join(f"  a{a:<3} {world.say_action(a)}" for a in asked.feasible)
+    if what == "clusters":
+        return "\n".join(
+            f"  {name:<20} {world.cluster_words(name)} ({len(states)})"
+            for name, states in world.clusters.items()
+        )
+    if what == "w":
+        why = asked.why
+        bars = (("doubt", why.doubt), ("on my way", why.visited), ("new to me", why.new))
+        lines = [f"  {name:<10} {'█' * round(20 * share):<20} {share:.0%}" for name, share in bars]
+        return "\n".join([f"  {why.words}", *lines])
+    return HELP

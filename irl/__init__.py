@@ -30,7 +30,9 @@ The modules in reading order. A task: `mdp`, `task`, `task_data`, `gymnasium_int
 Teaching: `demonstrations`, `records`, `tables`, `demonstrators`, `generalisation`, `collection`,
 `teacher`, `problem`. The network and its training: `vr_function`, `likelihood`, `neighbourhood`,
 `bellman`, `optimizers`, `training`, `function_approx`. Questions and advice: `uncertainty`,
-`queries`, `committee`, `clusters`, `preferences`, `advice`, `active`, `active_state`. Every method:
+`queries`, `committee`, `clusters`, `preferences`, `advice`, `active`, `active_state`. Lessons by a
+person: `lesson_events`, `lesson_taught`, `session` (with one module for each kind of learner),
+`student`, `lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`, `lesson_odds`. Every method:
 `methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging: `planning`,
 `evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes, checks.
 """

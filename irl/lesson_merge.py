@@ -149,11 +149,10 @@ def _advice(
         good, bad = ([a for a in each if a not in contested] for each in _sides(piece))
         left.append([piece.cluster, piece.states_hash, good, bad])
     edits: list[Event] = []
-    for number, actions in gone.items():
-        own = standing[number]
-        assert isinstance(own, Advised)
-        good, bad = ([a for a in each if a not in actions] for each in _sides(own))
-        edits.append(Edit(number, {"preferred": good, "avoided": bad}))
+    for edited, own in mine:
+        if edited is not None and edited in gone:
+            good, bad = ([a for a in each if a not in gone[edited]] for each in _sides(own))
+            edits.append(Edit(edited, {"preferred": good, "avoided": bad}))
     return edits, left, conflicts
 
 
@@ -167,9 +166,9 @@ def _against(
         for state in sorted(members & said.keys()):
             avoided = tuple(sorted(said[state] & set(piece.avoided)))
             if avoided:
-                sides = ((), avoided) if where == "there" else (avoided, ())
+                here, there = ((), avoided) if where == "there" else (avoided, ())
                 about = f"state {state}, of {piece.cluster} {where}"
-                conflicts.append(Conflict("advice against answer", about, *sides, BOTH_COUNT))
+                conflicts.append(Conflict("advice against answer", about, here, there, BOTH_COUNT))
     return conflicts
 
 

@@ -188,12 +188,11 @@ def imported(event: Imported) -> Demonstrations:
 
 def from_rows(rows: Sequence[Sequence], ends: Sequence[Sequence[int]]) -> Demonstrations:
     """Demonstrations from an event's rows: trajectory, step, state, action, source."""
-    trajectory, step, state, action, source = ([row[k] for row in rows] for k in range(5))
-    return Demonstrations(
-        *(np.array(column, dtype=np.int64) for column in (trajectory, step, state, action)),
-        source=np.array([SOURCES.index(name) for name in source], dtype=np.uint8),
-        ends=np.array(ends, dtype=np.int64).reshape(-1, 3),
-    )
+    columns = [np.array([row[k] for row in rows], dtype=np.int64) for k in range(4)]
+    sources = np.array([SOURCES.index(row[4]) for row in rows], dtype=np.uint8)
+    trajectory, step, state, action = columns
+    ended = np.array(ends, dtype=np.int64).reshape(-1, 3)
+    return Demonstrations(trajectory, step, state, action, sources, ended)
 
 
 def to_rows(demonstrations: Demonstrations) -> tuple[list, list]:

@@ -133,8 +133,8 @@ class Session(ABC):
         labels, advice, clusters, asked, asked_clusters = self._before
         state.labels, state.advice, state.clusters = labels, advice, dict(clusters)
         state.asked, state.asked_clusters = list(asked), list(asked_clusters)
-        for event in self.taught.imports:
-            state.learn_of(self._labelled(imported(event)), self._most)
+        for from_file in self.taught.imports:
+            state.learn_of(self._labelled(imported(from_file)), self._most)
         for number in self.taught.trajectories:
             self._learn(number)
         for event in self.taught.advised:

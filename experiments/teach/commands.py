@@ -128,9 +128,9 @@ def perform(desk: Desk, command: Command, token: str | None = None) -> str:
             is not None,
             "corrected",
         ),
-        "run": lambda: _told(desk.begin_run(command.get("state")) is None, "a new trajectory"),
+        "run": lambda: _run(desk, command),
         "act": lambda: _act(desk),
-        "round": lambda: _told(settle(desk) is None, "learnt"),
+        "round": lambda: _round(desk),
         QUIT: lambda: "",
     }
     return done[what]()
@@ -180,6 +180,16 @@ def _asked(desk: Desk, method: Callable[[Desk, str], bool]) -> bool:
     return desk.question is not None and method(desk, desk.question.token)
 
 
+def _run(desk: Desk, command: Command) -> str:
+    desk.begin_run(command.get("state"))
+    return "a new trajectory"
+
+
+def _round(desk: Desk) -> str:
+    settle(desk)
+    return desk.rounds.error or "learnt"
+
+
 def _act(desk: Desk) -> str:
     given = desk.act(desk.question.token) if desk.question is not None else None
     if given is None or given.outcome is None:
@@ -188,8 +198,8 @@ def _act(desk: Desk) -> str:
 
 
 def _advise(desk: Desk, command: Command, token: str) -> str:
-    lists = [command.get(name, []) for name in ("preferred", "avoided")]
-    given = desk.advise(command["cluster"], *lists, token)
+    good, bad = command.get("preferred", []), command.get("avoided", [])
+    given = desk.advise(command["cluster"], good, bad, token)
     told = f"in {given.states} states"
     if given.contradicted:
         numbers = ", ".join(map(str, given.contradicted))

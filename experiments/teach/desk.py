@@ -115,7 +115,7 @@ class Desk(Notes):
         asked = self.question
         if asked is None or token != asked.token or asked.proposed in (None, DONE):
             return NOT_ACCEPTED
-        action = int(asked.proposed)  # type: ignore[arg-type]
+        action = asked.proposed
         if outcome is not None:
             self._require_state(outcome)
         came = self._drawn(asked.state, action) if outcome is None else outcome

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.grasping.costs import costs, factors
+from experiments.grasping.hidden.costs import costs, factors
 from experiments.grasping.learning import FACTORED, network_features
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.robot_task import load_robot_task

@@ -11,6 +11,7 @@ The rooms, in reading order:
 * `decisions`: which action to take, by a policy's table, by a forecast from the true pose, or told;
 * `policy_controller`: what is seen to requests for actions, by a decision;
 * `policy_run`: all of that in one diagram, an episode simulated;
+* `scenarios`: episodes in which things go otherwise, pushed, pulled, noisy, late;
 * `monitor`: what the robot did at most, compared with its limits, and how deep contacts were;
 * `camera`: still pictures of the cell;
 * `contact`: how contact is simulated wherever the gripper meets the cube;

@@ -1,24 +1,27 @@
 """A policy played in full physics: station, executor and policy controller, simulated."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
+from pydrake.systems.primitives import LogVectorOutput
 
 from diagrams.action_executor import ActionExecutor
 from diagrams.decisions import Decision
 from diagrams.faults import SimulatorFault, first_line, simulating
 from diagrams.monitor import Loads, Monitor
 from diagrams.policy_controller import Episode, PolicyController, Verdict
+from diagrams.scenarios import Disturbance, DisturbedStation, Draws, Scenario
 from diagrams.state_identifier import REST_SPAN, lying_state
-from diagrams.station import Station
+from diagrams.station import FRAME, Station
 from models.errors import ModelError
 from models.motion.planner import ActionPlanner, Grip, Move
 from models.rotations import rotation_z
+from models.scenes import gripper
 from models.scenes.parsing import CUBE
 from models.task.spaces import LOST, N_FREE, POSITIONS, R_WO, REST_HEIGHT, decode_states
 
@@ -35,8 +38,6 @@ WATCHED = (
     *("gripper.position_measured", "gripper.force_measured"),
 )
 """The station's ports that the executor watches on its way."""
-_BEFORE = 1e-6
-"""From the last look at an episode's end to the next one's start: less than a picture [s]."""
 
 
 def start_pose(state: int, rng: np.random.Generator, disturbance: float = 0.0) -> RigidTransform:
@@ -75,6 +76,8 @@ class Played:
             in an action; nothing where there was no way.
         success: whether the cube truly lies at rest where the goal is, by what the simulator
             knows, whatever the controller's verdict.
+        frames: the plant's positions, a picture each `FRAME` seconds, ``[n, n_q]``.
+        disturbance: what came of a scenario's disturbances; None without one.
     """
 
     start: int
@@ -85,6 +88,8 @@ class Played:
     fault: str = ""
     plans: tuple[tuple[Move | Grip, ...], ...] = ()
     success: bool = False
+    frames: np.ndarray = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    disturbance: Disturbance | None = None
 
     @property
     def reason(self) -> str:
@@ -118,11 +123,20 @@ class PolicyRun:
         goal_states: np.ndarray,
         max_actions: int = 20,
         meshcat: Meshcat | None = None,
+        scenario: Scenario | None = None,
     ) -> None:
-        """Assemble the diagram around what decides on each action (see `PolicyController`)."""
+        """Assemble the diagram around what decides on each action (see `PolicyController`).
+
+        With a scenario, things go otherwise: the station is a `DisturbedStation`.
+        """
         self._goals = {int(state) for state in np.atleast_1d(goal_states)}
         builder = DiagramBuilder()
-        self.station = builder.AddNamedSystem("station", Station(meshcat=meshcat))
+        self._disturbed: DisturbedStation | None = None
+        if scenario is not None:
+            self._disturbed = DisturbedStation(scenario, meshcat=meshcat)
+        self.station = builder.AddNamedSystem(
+            "station", self._disturbed or Station(meshcat=meshcat)
+        )
         executor = builder.AddNamedSystem("action_executor", ActionExecutor(planner))
         self.executor = executor
         self.controller = builder.AddNamedSystem(
@@ -154,6 +168,9 @@ class PolicyRun:
         self._monitor = Monitor(
             builder, self.station, executor.GetOutputPort("arm.position_command")
         )
+        self._frames = LogVectorOutput(
+            self.station.GetOutputPort("state"), builder, publish_period=FRAME
+        )
         self.diagram = builder.Build()
 
     def play(
@@ -161,26 +178,27 @@ class PolicyRun:
         start: int,
         rng: np.random.Generator,
         *,
-        start_time: float = 0.0,
-        pause: float = 0.0,
         disturbance: float = 0.0,
+        draws: Draws | None = None,
         progress: Callable[[float, Episode], None] | None = None,
     ) -> Played:
         """Place the cube in free state ``start`` and let the policy act until it ends.
 
+        What comes of it depends on the arguments alone, to the bit.
+
         Args:
             start: index of a free state.
             rng: draws the cube's true pose in that state.
-            start_time: of the simulation's clock, so that recordings follow one another [s].
-            pause: how long the last scene is shown, where one is published [s]: until the next
-                picture is that of another episode, which nothing should glide into.
             disturbance: further standard deviation of the cube's place at the start [m].
+            draws: what the run's scenario is in this episode; needed if there is a scenario.
             progress: called now and then with the simulated seconds and the episode so far.
+
+        Raises:
+            ModelError: if the state is not free, or the scenario cannot be set up.
         """
         simulator = Simulator(self.diagram)
         root = simulator.get_mutable_context()
-        root.SetTime(start_time)
-        self.station.initialize(root, X_WO=start_pose(start, rng, disturbance))
+        self._initialize(root, start_pose(start, rng, disturbance), draws)
         controller_context = self.controller.GetMyContextFromRoot(root)
 
         def monitor(context: Context) -> EventStatus:
@@ -197,7 +215,7 @@ class PolicyRun:
         plans: list[tuple[Move | Grip, ...]] = []
         fault = ""
         try:
-            while root.get_time() < start_time + TIME_LIMIT:
+            while root.get_time() < TIME_LIMIT:
                 with simulating():
                     simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
                 episode = self.controller.episode(controller_context)
@@ -207,7 +225,7 @@ class PolicyRun:
                 if len(episode.steps) >= len(postures):
                     postures.append(plant.GetPositions(plant_context))
                 if progress is not None:
-                    progress(root.get_time() - start_time, episode)
+                    progress(root.get_time(), episode)
                 if episode.verdict != Verdict.RUNNING:
                     break
             episode = self.controller.episode(controller_context)
@@ -217,13 +235,32 @@ class PolicyRun:
         except SimulatorFault as error:
             fault, lies_in = error.text, LOST
             episode = self.controller.episode(controller_context)
-        success = lies_in in self._goals
-        seconds, loads = root.get_time() - start_time, self._monitor.read(root)
-        if pause > _BEFORE and not fault:
-            root.SetTime(root.get_time() + pause - _BEFORE)
-            self.diagram.ForcedPublish(root)
+        came = self._disturbed.disturbance(root) if self._disturbed else None
         return Played(
-            start, episode, seconds, np.array(postures), loads, fault, tuple(plans), success
+            start,
+            episode,
+            root.get_time(),
+            np.array(postures),
+            self._monitor.read(root, came.forces if came else ()),
+            fault,
+            tuple(plans),
+            lies_in in self._goals,
+            self._frames.FindLog(root).data()[: plant.num_positions()].T,
+            came,
+        )
+
+    def _initialize(self, root: Context, X_WO: RigidTransform, draws: Draws | None) -> None:
+        """Put the scene at rest with the cube at X_WO, as it is drawn if there is a scenario."""
+        if self._disturbed is None:
+            self.station.initialize(root, X_WO=X_WO)
+            return
+        if draws is None:
+            raise ModelError("draws: a scenario needs what it is in this episode; see draw")
+        q = draws.start_posture(X_WO)
+        goals = [POSITIONS[int(decode_states(goal).position)] for goal in self._goals]
+        self._disturbed.initialize(root, draws, X_WO=X_WO, q=q, goals=goals)
+        self.executor.start_at(
+            self.executor.GetMyMutableContextFromRoot(root), q, gripper.MAX_OPENING
         )
 
     def _watch_lying(self, simulator: Simulator, plant_context: Context) -> int:

@@ -1,5 +1,7 @@
 """The station: robot, box, table and cube with their controllers, as one Diagram."""
 
+from collections.abc import Callable
+
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
@@ -56,7 +58,7 @@ class Station(Diagram):
        arm.position_command ─────┤         │── gripper.position_measured  [1] m of opening
                                  │ Station │── gripper.force_measured     [1] N per pad
        gripper.position_command ─┤         │── object.pose                RigidTransform X_WO
-                                 │         │── tcp.pose                   RigidTransform X_WG
+       spatial_forces ───────────┤         │── tcp.pose                   RigidTransform X_WG
                                  │         │── task.state                 [1] index
                                  └─────────┘── state, query_object, contact_results
 
@@ -65,6 +67,7 @@ class Station(Diagram):
     ports, with examples.
 
     Both commands must be connected; one that is not finite ends the simulation with a `ModelError`.
+    `spatial_forces` is the plant's own port for forces on bodies, and need not be connected.
     The arm obeys the limits of its speed and acceleration (`ArmController`). Before a simulation
     starts, call `initialize` on the root context: the references of arm and gripper are state, and
     begin at zero otherwise. Torques, forces and contacts are those of the step that begins, and
@@ -77,6 +80,8 @@ class Station(Diagram):
         meshcat: Meshcat | None = None,
         time_step: float = TIME_STEP,
         grip_force: float = GRIP_FORCE,
+        prepare: Callable[[MultibodyPlant], None] | None = None,
+        movable_base: bool = False,
     ) -> None:
         """Build the station.
 
@@ -84,6 +89,8 @@ class Station(Diagram):
             meshcat: where to publish it; None does not.
             time_step: of the plant and its controllers [s].
             grip_force: of each pad on what it holds [N]; the vendor's gripper can do 20 to 235.
+            prepare: changes the plant before it is finalized, such as by one body more.
+            movable_base: whether `mount.move_base` can move the robot in a context.
 
         Raises:
             ModelError: if the time step is not above 0, or the force beyond the gripper's range.
@@ -96,11 +103,13 @@ class Station(Diagram):
         use_grasp_contact(plant)
         # Sampled ports copy every step's results, whether read or not.
         plant.SetUseSampledOutputPorts(False)
-        self.mount = HandMount(plant)
+        self.mount = HandMount(plant, movable_base=movable_base)
         """How the hand sits on the arm."""
         arm, hand = (plant.GetModelInstanceByName(name) for name in (ARM, GRIPPER))
         prepare_arm(plant, arm)
         prepare_gripper(plant, hand, grip_force)
+        if prepare is not None:
+            prepare(plant)
         plant.Finalize()
         self.mount.let_touch(self.scene_graph)
         self._cube = plant.GetBodyByName(CUBE)
@@ -126,6 +135,7 @@ class Station(Diagram):
         for name, controller in (("arm", self._arm), ("gripper", self._gripper)):
             port = controller.GetInputPort("position_command")
             builder.ExportInput(port, f"{name}.position_command")
+        builder.ExportInput(plant.get_applied_spatial_force_input_port(), "spatial_forces")
         outputs = {
             "arm.position_measured": measured.get_output_port(0),
             "arm.velocity_measured": measured.get_output_port(1),

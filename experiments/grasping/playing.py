@@ -1,14 +1,13 @@
 """Episodes in the Drake diagram: played one after another, recorded, drawn as film strips."""
 
-import logging
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
-from pydrake.geometry import Meshcat, MeshcatParams
 from tqdm import tqdm
 
 from diagrams.camera import StillCamera
@@ -16,8 +15,8 @@ from diagrams.decisions import Decision
 from diagrams.monitor import Loads
 from diagrams.policy_controller import Episode
 from diagrams.policy_run import Played, PolicyRun
-from diagrams.station import FRAME
 from experiments.kit.command import Output
+from experiments.kit.recording import write_recording
 from irl.errors import InputError
 from irl.task_data import TaskData
 from models.motion.planner import ActionPlanner
@@ -25,8 +24,6 @@ from models.task import words
 from models.task.spaces import N_FREE, Action
 from models.task.tables import describe_state
 
-PAUSE = 1.0
-"""Between two episodes in a recording [s]."""
 BAR = "{desc}: {n_fmt} of at most {total_fmt} actions {bar} {elapsed}{postfix}"
 """Progress of an episode; when it will end cannot be predicted."""
 
@@ -99,20 +96,8 @@ def play_episodes(
         plan: which episodes.
         output: folder of the pictures.
     """
-    meshcat = _recorder() if plan.recorded else None
-    run = PolicyRun(
-        decision,
-        planner,
-        goal_states=goal_states,
-        max_actions=plan.max_actions,
-        meshcat=meshcat,
-    )
-    if meshcat is not None:
-        meshcat.StartRecording(
-            frames_per_second=round(1.0 / FRAME), set_visualizations_while_recording=False
-        )
+    run = PolicyRun(decision, planner, goal_states=goal_states, max_actions=plan.max_actions)
     played: list[Played] = []
-    time = 0.0
     for number, start in enumerate(plan.starts):
         with tqdm(
             desc=f"episode {number + 1}/{len(plan.starts)}",
@@ -124,36 +109,18 @@ def play_episodes(
                 bar.n = len(episode.steps)
                 bar.set_postfix_str(f"{seconds:.0f} s simulated, {episode.verdict}")
 
-            played.append(
-                run.play(
-                    int(start),
-                    plan.rng(number),
-                    start_time=time,
-                    pause=PAUSE,
-                    disturbance=plan.disturbance,
-                    progress=show,
-                )
-            )
-        time += played[-1].seconds + PAUSE
-    if meshcat is not None:
-        _leave_pictures(meshcat, played, output)
+            rng = plan.rng(number)
+            played.append(run.play(int(start), rng, disturbance=plan.disturbance, progress=show))
+    if plan.recorded:
+        leave_pictures(played, int(np.atleast_1d(goal_states)[0]), output)
     return played
 
 
-def _recorder() -> Meshcat:
-    """What records; its server's address is of no use: what is recorded is read from a file."""
-    logging.getLogger("drake").setLevel(logging.WARNING)
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    meshcat.SetCameraPose([1.0, -0.72, 1.0], [0.4, 0.0, 0.66])
-    return meshcat
-
-
-def _leave_pictures(meshcat: Meshcat, played: list[Played], output: Output) -> None:
+def leave_pictures(played: Sequence[Played], goal: int, output: Output) -> None:
     """Leave the recording, film strips and a portrait."""
-    meshcat.StopRecording()
-    meshcat.PublishRecording()
+    titles = [f"Episode {number} of {len(played)}" for number in range(1, len(played) + 1)]
     with output.file("recording.html") as path:
-        path.write_text(meshcat.StaticHtml())
+        write_recording(path, played, titles, goal)
     camera = StillCamera(view_from=(1.2, -0.75, 1.05), view_at=(0.45, 0.0, 0.62))
     for number, episode in enumerate(played):
         with output.figure(f"episode_{number + 1}.png", dpi=90) as figure:

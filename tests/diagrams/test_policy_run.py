@@ -1,11 +1,8 @@
-import re
-from base64 import b64decode
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.math import RigidTransform
 
 from diagrams.camera import StillCamera
@@ -16,7 +13,7 @@ from experiments.kit.shipped_data import load_planner
 from models.motion.planner import Grip, Move
 from models.scenes.planning_scene import HOME
 from models.task.discretise import nearest_orientation
-from models.task.spaces import GOAL_POSITION, GOAL_STATE, N_STATES, POSITIONS, Action, Kind, State
+from models.task.spaces import GOAL_POSITION, GOAL_STATE, N_STATES, Action, Kind, State
 
 FAR = State(14, 0)  # at (0.6, 0), already the right way up
 GRASP, DROP = Action(Kind.GRASP, 10).index, Action(Kind.DROP).index
@@ -109,51 +106,6 @@ def test_start_poses_stay_in_their_state_and_follow_the_seed():
         assert nearest_orientation(X_WO.rotation().matrix())[0] == 0
     with pytest.raises(ValueError, match="not free"):
         start_pose(State(14, 0, 10).index, np.random.default_rng(0))
-
-
-def test_a_recording_cuts_between_episodes():
-    """No picture of it lies between the end of an episode and the start of the next."""
-    msgpack = pytest.importorskip("msgpack")
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    idle = np.full(N_STATES + 1, -1)
-    still = PolicyRun(
-        Table(idle), load_planner(), goal_states=np.array([GOAL_STATE]), meshcat=meshcat
-    )
-    meshcat.StartRecording(frames_per_second=24, set_visualizations_while_recording=False)
-    states, time = [FAR.index, State(4, 0).index], 0.0
-    for state in states:
-        played = still.play(state, np.random.default_rng(0), start_time=time, pause=1.0)
-        assert played.episode.verdict == Verdict.NO_ACTION
-        time += played.seconds + 1.0
-    meshcat.StopRecording()
-    meshcat.PublishRecording()
-
-    cells = [POSITIONS[State.from_index(state).position][:2] for state in states]
-    places = cube_places(meshcat.StaticHtml(), msgpack)
-    frames = sorted(places)
-    assert len(frames) > 20
-    at = [int(np.linalg.norm(places[frame] - cells, axis=1).argmin()) for frame in frames]
-    (cut,) = np.flatnonzero(np.diff(at))
-    assert frames[cut + 1] - frames[cut] == 1
-    # The last scene was held for the pause's length.
-    assert frames[cut] - frames[cut - 1] == pytest.approx(23, abs=1)
-
-
-def cube_places(html, msgpack):
-    """Where a recording shows the cube ``[2]`` [m], by frame, out of what its page plays."""
-    packed = re.findall(r"application/octet-binary;base64,([A-Za-z0-9+/=]+)", html)
-    commands = [
-        msgpack.unpackb(b64decode(each)) for each in packed if b"set_animation" in b64decode(each)
-    ]
-    (command,) = [each for each in commands if each["type"] == "set_animation"]
-    (track,) = [
-        track
-        for animation in command["animations"]
-        if animation["path"].endswith("/cube/cube")
-        for track in animation["clip"]["tracks"]
-        if track["name"] == ".position"
-    ]
-    return {key["time"]: np.array(key["value"][:2]) for key in track["keys"]}
 
 
 def test_a_success_that_only_the_controller_sees_is_a_false_one(played):

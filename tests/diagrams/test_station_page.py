@@ -7,7 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from pydrake.common.value import Value
 from pydrake.math import RigidTransform
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.framework import PortDataType
 
 import diagrams
@@ -30,6 +32,8 @@ def ports(station):
     station.initialize(root, X_WO=START)
     station.GetInputPort("arm.position_command").FixValue(root, HOME)
     station.GetInputPort("gripper.position_command").FixValue(root, [0.085])
+    nothing = Value[list[ExternallyAppliedSpatialForce]]()
+    station.GetInputPort("spatial_forces").FixValue(root, nothing)
 
     def kind(port):
         if port.get_data_type() == PortDataType.kVectorValued:

@@ -195,6 +195,8 @@ class ActionExecutor(LeafSystem):
         seen = [self._read(port, context) for port in (self._opening, self._force)]
         opening, force = (None if values is None else float(values[0]) for values in seen)
         X_WO = self._read(self._measured_object, context)
+        # Kept beyond this look, while the port's own value changes.
+        X_WO = None if X_WO is None else RigidTransform(X_WO)
         return Measured(self._behind(context, command), opening, force, X_WO)
 
     def _behind(self, context: Context, command: np.ndarray) -> float | None:
@@ -231,7 +233,7 @@ class ActionExecutor(LeafSystem):
         position, _, hand = decode_states(int(self._task_state.Eval(context)[0]))
         now, end = context.get_time(), before.timeline.duration
         q, width = before.timeline.arm(end), before.timeline.width(end)
-        X_WO = self._object.Eval(context)
+        X_WO = RigidTransform(self._object.Eval(context))
         execution = Execution(sequence, action, now, False)
         plan: Sequence[Move | Grip] = ()
         try:

@@ -21,8 +21,10 @@ from diagrams.arm_controller import ACCELERATION_LIMIT, JOINTS
 from diagrams.station import Station
 from models.scenes.parsing import ARM, CUBE
 
-PERIOD = 0.01
-"""Between two looks at the contacts [s], and that accelerations are means over."""
+PERIOD = 0.02
+"""Between two looks at the contacts [s]."""
+SPAN = 0.01
+"""That accelerations are means over [s]."""
 SHAKEN = 0.1
 """For so long after a force from outside the arm need not be where it is told to be [s]."""
 _FINGERS = {"left_inner_finger", "right_inner_finger"}
@@ -34,7 +36,7 @@ class Loads:
 
     Attributes:
         speed: largest share of the joints' speed limits ``[7]``.
-        acceleration: of their acceleration limits, as a mean over `PERIOD` ``[7]``.
+        acceleration: of their acceleration limits, as a mean over `SPAN` ``[7]``.
         torque: of their torque limits, what carries the arm's weight included ``[7]``.
         tracking_error: largest distance from the command ``[7]`` [rad].
         limited_samples: how many commands were beyond a limit, and not followed as they were.
@@ -153,7 +155,7 @@ class Monitor:
         quiet = np.ones(times.size, dtype=bool)
         for begin, end in forces:
             quiet &= (times < begin) | (times > end + SHAKEN)
-        apart = max(1, round(PERIOD / self._period))
+        apart = max(1, round(SPAN / self._period))
         velocity = log["velocity"]
         change = (velocity[:, apart:] - velocity[:, :-apart]) / (apart * self._period)
         samples = self._station.GetOutputPort("arm.limited_samples")

@@ -121,9 +121,9 @@ def _advice(
     """Edits of advice here, what is left of advice from there, and what was contested."""
     standing = stands(here.events)
     mine: list[tuple[int | None, Advised]] = []
-    for number, event in standing.items():
+    for said_as, event in standing.items():
         if isinstance(event, Advised):
-            mine.append((number, event))
+            mine.append((said_as, event))
         elif isinstance(event, Imported):
             mine += [(None, Advised(*piece)) for piece in event.advice]
     gone: dict[int, set[int]] = {}

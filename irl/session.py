@@ -15,11 +15,10 @@ same events, rounds and seed give the same policy, bit for bit.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from irl.active_config import Progress
-from irl.active_state import TaughtState
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.lesson_events import LEARN, Advised, Answered, Event, Imported, hash_of_states
@@ -27,7 +26,11 @@ from irl.lesson_taught import Taught, imported
 from irl.policy import Policy
 from irl.problem import LearningProblem
 from irl.session_settled import Enough, Settled
+from irl.taught_state import TaughtState
 from irl.tensor_file import digest
+
+if TYPE_CHECKING:  # torch, which whoever only asks and answers does without
+    from irl.active_config import Progress
 
 START = "start"
 """The strategy of questions before there is anything to choose by: where runs begin."""
@@ -178,7 +181,7 @@ class Session(ABC):
 
     # --- What comes of it -------------------------------------------------------------------
 
-    def refit(self, callback: Callable[[Progress], None] | None = None) -> None:
+    def refit(self, callback: "Callable[[Progress], None] | None" = None) -> None:
         """Learn from all that was said.
 
         Args:
@@ -192,7 +195,7 @@ class Session(ABC):
         self._settled.add(Policy.from_q(self.q, self.problem.model.mask).action)
 
     @abstractmethod
-    def _refit(self, callback: Callable[[Progress], None] | None) -> None:
+    def _refit(self, callback: "Callable[[Progress], None] | None") -> None:
         """Learn, and set ``q``."""
 
     @abstractmethod

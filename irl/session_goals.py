@@ -9,7 +9,6 @@ from collections.abc import Callable
 import numpy as np
 
 from irl.active_config import Progress
-from irl.active_state import TaughtState
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.lesson_events import AUDIT, DONE, Answered
@@ -21,6 +20,7 @@ from irl.posterior.questions import information_gain
 from irl.problem import LearningProblem
 from irl.session import Question, Session
 from irl.session_settled import Enough
+from irl.taught_state import TaughtState
 
 INFORMATION, TEST = "information", "test"
 """Strategies: where an answer tells most; and by chance, to test a proposal."""

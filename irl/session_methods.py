@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from irl.active_config import Progress
-from irl.active_state import TaughtState
 from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
 from irl.methods import METHODS, learn
@@ -20,6 +19,7 @@ from irl.queries import (
     select_states,
 )
 from irl.session import Question, Session
+from irl.taught_state import TaughtState
 from irl.uncertainty import action_probabilities
 
 STRATEGIES = tuple(name for name in STATE_STRATEGIES if name not in COMMITTEE_STRATEGIES)

@@ -6,32 +6,25 @@ was learnt depends on what was said, never on how fast; `irl.lesson_replay` does
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from irl.active_config import ActiveConfig, Progress
-from irl.active_state import TaughtState
-from irl.advice import Advice
 from irl.checkpoint import fingerprint
-from irl.choices import Limits, Settings, check_choice, made
-from irl.clusters import with_intersections
+from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.generalisation import Generalisation
 from irl.lesson_events import Event
-from irl.methods import METHODS
 from irl.policy import Policy
-from irl.posterior.learner import GoalConfig
 from irl.problem import LearningProblem
 from irl.session import Question, Session, policy_hash
-from irl.session_goals import GoalSession
-from irl.session_methods import MethodSession
-from irl.session_network import NetworkSession, begin
 from irl.session_settled import Enough
-from irl.teacher import Teacher
+
+if TYPE_CHECKING:
+    from irl.active_config import Progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +74,6 @@ class StudentConfig(Settings):
     """Of the learner: fields of ``ActiveConfig`` for ``fa_mlirl``, of ``GoalConfig`` for
     ``goal_posterior``, ``strategy`` and the method's own for others."""
 
-    def __post_init__(self) -> None:
-        """Refuse a learner that there is none of."""
-        super().__post_init__()
-        check_choice("method", self.method, METHODS)
-
 
 @dataclass(frozen=True)
 class Order:
@@ -128,8 +116,11 @@ class Student:
         self.subject, self.config, self._initial = subject, config, initial
         self._session: Session | None = None
 
-    def learn(self, order: Order, callback: Callable[[Progress], None] | None = None) -> Learnt:
+    def learn(self, order: Order, callback: "Callable[[Progress], None] | None" = None) -> Learnt:
         """Do one round."""
+        # Torch, which a server that leaves learning to another process does without.
+        from irl.session_begin import begin_session  # noqa: PLC0415
+
         model, config = self.subject.problem.model, self.config
         if order.fresh or self._session is None:
             self._session = begin_session(self.subject, config, self._initial, order.k)
@@ -152,33 +143,3 @@ class Student:
             session.enough(),
             sure,
         )
-
-
-def begin_session(
-    subject: Subject, config: StudentConfig, initial: Demonstrations, k: int = 0
-) -> Session:
-    """A session of the configured learner that sets out in round ``k``, knowing nothing else.
-
-    Raises:
-        InputError: if an option or a rule is unknown.
-    """
-    problem = subject.problem
-    # The first begins as `active_fa_mlirl` does with a generator of this seed.
-    rng = np.random.default_rng([config.seed, k] if k else config.seed)
-    teacher = Teacher(None, None, subject.generalisation, list(config.rules))  # type: ignore[arg-type]
-    options = dict(config.options)
-    if config.method == "fa_mlirl":
-        active = made(ActiveConfig, options, "options")
-        problem = replace(problem, features=problem.required_features(np.float32))
-        network = begin(problem, initial, active, rng, advised=False)
-        return NetworkSession(problem, network, active, teacher.generalise)
-    state = TaughtState(
-        initial,
-        Advice.none(problem.model.n_states, problem.model.n_actions),
-        with_intersections(problem.clusters, 0),
-        rng,
-    )
-    if config.method == "goal_posterior":
-        return GoalSession(problem, state, teacher.generalise, made(GoalConfig, options, "options"))
-    strategy = options.pop("strategy", "visitation_entropy")
-    return MethodSession(config.method, problem, state, teacher.generalise, strategy, options)

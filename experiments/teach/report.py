@@ -13,7 +13,6 @@ from experiments.teach.desk import Desk
 from experiments.teach.worlds import World
 from irl.lesson_events import AUDIT, DONE, HELD_OUT, LEARN, Answered
 from irl.lesson_exchange import demonstrations_of
-from irl.lesson_odds import odds
 from irl.metrics import Share
 
 LISTED = 10
@@ -66,6 +65,9 @@ def at_odds(desk: Desk) -> list[dict[str, Any]]:
     answers = {n: a for n, a in desk.taught.answers.items() if a.purpose != HELD_OUT}
     if not any(answer.action != DONE for answer in answers.values()):
         return []
+    # Torch, which a server that leaves learning to another process does without.
+    from irl.lesson_odds import odds  # noqa: PLC0415
+
     shown = demonstrations_of(desk.lesson, (LEARN, AUDIT))
     said = [(answer.state, answer.action) for answer in answers.values()]
     rng = np.random.default_rng(desk.student.seed)

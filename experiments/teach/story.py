@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import torch
 
 from experiments.kit.command import Output
 from experiments.kit.shipped_data import SHIPPED_TASK
@@ -77,7 +76,6 @@ class Config(Settings):
 
 def main(config: Config, output: Output) -> dict[str, Any]:
     """Teach, or learn a lesson over again."""
-    torch.set_num_threads(1)  # small matrices; and the bits do not depend on the machine's cores
     world = grid_world(config.grid) if config.grid else robot_world(config.task)
     if config.replay is not None:
         return replayed(world, config.replay, output)
@@ -85,6 +83,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     with open_lesson(world, config, path) as lesson:
         if not (config.terminal or config.script or config.oracle):
             raise InputError("there is no page yet; give --terminal, --script or --oracle")
+        _on_one_thread()
         student = Student(world.subject, config_of(lesson, world.subject), lesson.initial)
         learner = (
             LocalLearner(student) if config.script or config.oracle else ThreadLearner(student)
@@ -164,6 +163,7 @@ def replayed(world: World, path: Path, output: Output) -> dict[str, Any]:
     Raises:
         InputError: if the policy is another one than the lesson's.
     """
+    _on_one_thread()
     with Lesson(path, writable=False) as lesson:
         again = replay(lesson, world.subject)
         answers = sum(event.__class__.__name__ == "Answered" for event in lesson.events)
@@ -187,3 +187,10 @@ def replayed(world: World, path: Path, output: Output) -> dict[str, Any]:
         "success_mdp": world.success(again.policy.action),
         "round": again.k,
     }
+
+
+def _on_one_thread() -> None:
+    """Learn on one thread: small matrices, and bits that do not depend on the machine's cores."""
+    import torch  # noqa: PLC0415 - not wanted where another process learns
+
+    torch.set_num_threads(1)

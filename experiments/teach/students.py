@@ -3,7 +3,6 @@
 from dataclasses import asdict, replace
 from typing import Any
 
-from experiments.grasping.learning import LearningConfig
 from irl.student import StudentConfig
 
 
@@ -11,6 +10,9 @@ def student_config(learner: str, seed: int, *, grid: bool = False) -> StudentCon
     """The settings of a learner, for the robot's task or for the grid."""
     options: dict[str, Any] = {}
     if learner == "fa_mlirl" and not grid:
+        # Torch, which a server that leaves learning to another process does without.
+        from experiments.grasping.learning import LearningConfig  # noqa: PLC0415
+
         # As in the demo, which asks about clusters as well; here the teacher advises unasked.
         active = replace(LearningConfig().active, cluster_query="none", max_demonstrated=None)
         options = asdict(active)

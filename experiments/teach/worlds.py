@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from experiments.grasping.hidden.costs import costs, factors
-from experiments.grasping.learning import FACTORED, network_features
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.robot_task import load_robot_task
 from irl.choices import check_range
 from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import ACTIONS, GridWorld, goal_cell
+from irl.factors import one_hot
 from irl.lesson_events import DONE
 from irl.mdp import TransitionModel
 from irl.metrics import success_mdp
@@ -22,6 +22,8 @@ from irl.problem import LearningProblem
 from irl.student import Subject
 from models.task import words
 
+_FACTORS = (("x", "y", "z"), ("alpha", "beta", "gamma"), ("gripper",))
+"""Columns of ``states.csv`` that networks see besides, as in the demo."""
 NOTHING = "done: nothing to do here"
 
 
@@ -84,7 +86,7 @@ def robot_world(folder: Path) -> World:
     task = load_robot_task(folder)
     problem = replace(
         LearningProblem.of(task),
-        features=network_features(task, FACTORED),
+        features=np.concatenate([task.feature("rotation"), one_hot(task.states, _FACTORS)], axis=1),
         costs=costs(task.model),
         factors=factors(),
     )

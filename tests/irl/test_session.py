@@ -27,7 +27,8 @@ from irl.posterior.enough import EnoughRule
 from irl.posterior.learner import GoalLearner
 from irl.problem import LearningProblem
 from irl.session import policy_hash
-from irl.student import Order, Student, StudentConfig, Subject, begin_session
+from irl.session_begin import begin_session
+from irl.student import Order, Student, StudentConfig, Subject
 from irl.teacher import Teacher
 
 torch.set_num_threads(1)
@@ -259,6 +260,6 @@ def test_a_round_that_cannot_be_done_says_why():
     learnt = student.learn(Order(0, True, []))
     assert learnt.policy is None and "at least one pair" in learnt.error
     with pytest.raises(InputError, match="unknown name 'no'"):
-        StudentConfig("no")
+        begin_session(SUBJECT, config("no"), FIRST)
     with pytest.raises(InputError, match="no rule"):
         begin_session(SUBJECT, replace(config("planning"), rules=("none",)), FIRST)

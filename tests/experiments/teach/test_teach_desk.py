@@ -1,12 +1,17 @@
 """The desk: every answer once and on disk, episodes, taking back, rounds; and Algorithm 4.1."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import torch
 
+from experiments.grasping.learning import FACTORED, network_features
+from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.desk import Desk, DeskConfig
 from experiments.teach.rounds import LocalLearner
-from experiments.teach.worlds import grid_world
+from experiments.teach.worlds import grid_world, robot_world
 from irl.active import ActiveConfig, active_fa_mlirl
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -17,6 +22,7 @@ from irl.lesson_taught import Taught
 from irl.policy import Policy
 from irl.session import policy_hash
 from irl.student import Student, StudentConfig
+from irl.task_data import load_task
 from irl.teacher import Teacher
 
 torch.set_num_threads(1)
@@ -317,3 +323,14 @@ def test_why_a_question_is_asked_is_told_in_shares_and_words(desk):
         assert why.words.endswith(".") and at.question.words.startswith("column")
         assert set(at.question.top) <= set(at.question.feasible)
         teach(at, 1)
+
+
+def test_who_only_asks_and_answers_loads_no_torch():
+    code = "import sys, experiments.teach.story; sys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_networks_see_of_the_robots_task_what_they_see_in_the_demo():
+    world, task = robot_world(SHIPPED_TASK), load_task(SHIPPED_TASK)
+    assert np.array_equal(world.subject.problem.features, network_features(task, FACTORED))
+    assert world.subject.task_hash == task.task_hash

@@ -1,8 +1,8 @@
 """The main job: from task data and a few demonstrations to a policy that the robot plays.
 
 981 demonstrated states, then active learning with advice (thesis Algorithm 4.1) until 8.11 % of
-the states are demonstrated, then the policy in full physics from random starts. Killed while it
-learns, it goes on with the same command.
+the states are demonstrated, then the policy in full physics from random starts; and beside it what
+one trajectory teaches. Killed while it learns, it goes on with the same command.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -16,6 +16,7 @@ import torch
 from diagrams.decisions import Forecast, held_goal
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
+from experiments.grasping.one_run import OneRun, learn_from_one
 from experiments.grasping.playing import Plan, draw_starts, play_episodes, summary
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
@@ -71,12 +72,13 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     )
     with output.file("policy.safetensors") as path:
         save_policy(policy, path)
-    assessment = assess(task, teacher.oracle, policy, learnt.result.demonstrations, rng)
+    assessment = assess(task, teacher.oracle, policy.action, learnt.result.demonstrations, rng)
     with output.figure("learning.png") as figure:
         plot_learning(figure, learnt, assessment)
     with output.figure("policy.png") as figure:
         plot_policy(figure, task, policy, teacher.oracle)
     learnt_s = perf_counter() - started
+    one = learn_from_one(teacher, np.random.default_rng([config.seed, 1]))
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "limits": None, "episodes": []}
     if config.starts:
@@ -91,7 +93,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         physics = summary(played)
 
     forget(output.folder)
-    print_table(assessment, physics, output.folder)
+    print_table(assessment, one, physics, output.folder)
     return {
         **assessment.as_dict(),
         "success_drake": {key: physics[key] for key in ("successes", "trials")},
@@ -111,12 +113,15 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         "evidence": learnt.evidence,
         "learning_s": learnt_s,
         "learning_cpu_s": learning_cpu_s,
+        "one_trajectory": None if one is None else asdict(one),
         "wall_s": perf_counter() - started,
         "recording": "recording.html" if config.starts else None,
     }
 
 
-def print_table(assessment: Assessment, physics: dict[str, Any], folder: Path) -> None:
+def print_table(
+    assessment: Assessment, one: OneRun | None, physics: dict[str, Any], folder: Path
+) -> None:
     """Print the figures with their 95 % intervals."""
 
     def share(value: Share) -> str:
@@ -132,6 +137,12 @@ def print_table(assessment: Assessment, physics: dict[str, Any], folder: Path) -
         ("success in the model", f"{assessment.success_mdp:6.1%}"),
         ("  the demonstrator's own", f"{assessment.success_mdp_oracle:6.1%}"),
     ]
+    if one is not None:
+        rows += [
+            (f"from one trajectory, {one.labels} labels", ""),
+            ("  accuracy over all unseen states", f"{one.accuracy_optimal_all:6.1%}"),
+            ("  success in the model", f"{one.success_mdp:6.1%}"),
+        ]
     if physics["trials"]:
         won = Share(physics["successes"], physics["trials"])
         rows.append((f"success in physics, {won.successes} of {won.trials}", share(won)))

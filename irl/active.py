@@ -9,6 +9,7 @@ import numpy as np
 from irl.active_config import ActiveConfig, Progress
 from irl.active_state import ActiveFiles, QueryRecord, identity
 from irl.advice import Advice
+from irl.checkpoint import fingerprint
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import Expert
 from irl.errors import InputError
@@ -39,6 +40,7 @@ class Result:
         network: the VR function.
         demonstrations: all labels at the end.
         advice: all advice at the end.
+        ends: int64, where demonstrators ended, or were asked and had nothing to do.
         history: one record a query.
     """
 
@@ -49,12 +51,13 @@ class Result:
     network: VRFunction
     demonstrations: Demonstrations
     advice: Advice
+    ends: np.ndarray
     history: list[QueryRecord]
 
 
 def active_fa_mlirl(
     problem: LearningProblem,
-    demonstrations: Demonstrations,
+    demonstrations: "Demonstrations | Result",
     teacher: Teacher,
     config: ActiveConfig | None = None,
     *,
@@ -72,7 +75,8 @@ def active_fa_mlirl(
     Args:
         problem: what is known beforehand, with features; its discount factor is used by the
             Bellman penalty and by a policy update that plans.
-        demonstrations: D₀.
+        demonstrations: D₀; or what an earlier run learnt, without its advice, to go on from there:
+            then the first training is left out.
         teacher: answers questions; without an expert there is no advice.
         config: every choice; the thesis' by default.
         rng: the only source of chance, the network's initialisation included.
@@ -87,7 +91,12 @@ def active_fa_mlirl(
             comes from a run with other settings or data.
         OSError: if a checkpoint cannot be written.
     """
-    config = config or ActiveConfig()
+    config, network = config or ActiveConfig(), None
+    if isinstance(demonstrations, Result):
+        earlier, network = demonstrations, demonstrations.network
+        start = {"iterations": 0, "beta": earlier.beta, "caution": max(earlier.caution, 0.0)}
+        config = replace(config, initial=replace(config.initial, **start))
+        demonstrations = earlier.demonstrations
     problem = replace(problem, features=problem.required_features(np.float32))
     if not config.state_preferences:
         problem = replace(problem, preferences=StatePreferences())
@@ -102,7 +111,11 @@ def active_fa_mlirl(
         )
     advised = teacher.expert is not None
     state = begin(problem, demonstrations, config, rng, advised=advised)
-    files = ActiveFiles(checkpoint, identity(state, problem, config))
+    work = identity(state, problem, config)
+    if network is not None:
+        state.learner.network = VRFunction.from_arrays(network.arrays(), config.device)
+        work["network"] = fingerprint(*network.arrays().values())
+    files = ActiveFiles(checkpoint, work)
     session = NetworkSession(
         problem, state, config, teacher.generalise, source="demonstrator", files=files
     )
@@ -126,6 +139,7 @@ def active_fa_mlirl(
         network=state.learner.network,
         demonstrations=state.labels,
         advice=state.advice,
+        ends=state.ends(problem.model),
         history=state.history,
     )
 

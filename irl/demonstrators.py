@@ -146,6 +146,12 @@ class OracleDemonstrator:
         good_enough = Q.max(axis=1, keepdims=True) - self.tolerance
         return np.isfinite(Q) & (good_enough <= Q)
 
+    @property
+    def shown(self) -> np.ndarray:
+        """How likely each action is to be shown, slips apart; float64 ``[n_states, n_actions]``."""
+        optimal = self.optimal_actions
+        return optimal / np.maximum(optimal.sum(axis=1, keepdims=True), 1)
+
     def label(self, state: int, rng: np.random.Generator) -> int:
         """A co-optimal action, drawn evenly; with probability ``label_noise`` another.
 

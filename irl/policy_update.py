@@ -8,14 +8,56 @@ than most states do, except where demonstrations ended. What is then worth what 
 Whatever f says that a state *costs* remains.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from irl.advice import Advice
 from irl.mdp import TransitionModel
 from irl.planning import best, value_iteration
 
 POLICY_UPDATES = ("greedy", "planned")
 _NEVER = -1e3
 """What an excluded action earns: f lies within ±1, and no plan is worth as little."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolicyUpdate:
+    """UpdateQ and PolicyUpdate of thesis Algorithm 4.1: from f and advice to action values.
+
+    Attributes:
+        model: the transition model.
+        gamma: discount factor in [0, 1).
+        kind: a name in ``POLICY_UPDATES``.
+        avoid: as for `Advice.apply`.
+        prefer: likewise.
+    """
+
+    model: TransitionModel
+    gamma: float
+    kind: str = "greedy"
+    avoid: str = "mask"
+    prefer: str = "ignore"
+
+    def q(self, f: np.ndarray, caution: float, advice: Advice, ends: np.ndarray) -> np.ndarray:
+        """Action values ``[n_states, n_actions]``, −∞ where excluded; the policy is their argmax.
+
+        Args:
+            f: VR values, ``[n_states]``.
+            caution: u, the dislike of uncertain outcomes.
+            advice: about actions.
+            ends: indices of states where demonstrators had nothing left to do.
+        """
+        q = self._advised(self.model.q_values(f, caution), advice)
+        if self.kind == "greedy":
+            return q
+        f = planned_values(
+            self.model, f, self.gamma, ends, caution=caution, excluded=np.isneginf(q)
+        )
+        return self._advised(self.model.q_values(f, caution), advice)
+
+    def _advised(self, q: np.ndarray, advice: Advice) -> np.ndarray:
+        return advice.apply(q, self.model.mask, self.avoid, self.prefer)
 
 
 def planned_values(

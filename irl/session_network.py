@@ -13,7 +13,7 @@ from irl.demonstrations import Demonstrations
 from irl.function_approx import Learner
 from irl.lesson_events import Advised
 from irl.policy import Policy
-from irl.policy_update import planned_values
+from irl.policy_update import PolicyUpdate
 from irl.problem import LearningProblem
 from irl.queries import (
     COMMITTEE_STRATEGIES,
@@ -105,19 +105,12 @@ class NetworkSession(Session):
         return q
 
     def _update_q(self, learner: Learner) -> np.ndarray:
-        model, caution = self.problem.model, learner.caution or 0.0
-        f = self.problem.preferences.apply(learner.values())
-        q = self._advised(model.q_values(f, caution))
-        if self.config.policy_update == "greedy":
-            return q
-        excluded = np.isneginf(q)
-        ends = self.state.ends(model)
-        f = planned_values(model, f, self.problem.gamma, ends, caution=caution, excluded=excluded)
-        return self._advised(model.q_values(f, caution))
-
-    def _advised(self, q: np.ndarray) -> np.ndarray:
-        config, mask = self.config, self.problem.model.mask
-        return self.state.advice.apply(q, mask, config.avoid, config.prefer)
+        problem, config, state = self.problem, self.config, self.state
+        f = problem.preferences.apply(learner.values())
+        update = PolicyUpdate(
+            problem.model, problem.gamma, config.policy_update, config.avoid, config.prefer
+        )
+        return update.q(f, learner.caution or 0.0, state.advice, state.ends(problem.model))
 
     # --- Asking -----------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from tqdm import tqdm
 
-from experiments.bench import kinematics, learning, max_ent, trials
+from experiments.bench import kinematics, learning, lessons, max_ent, trials
 from experiments.bench.comparison import Peers, Row
 from experiments.kit.command import Output
 from irl.choices import Members, Settings
@@ -19,6 +19,7 @@ from irl.choices import Members, Settings
 SUBJECTS: dict[str, Callable[[Peers, int], list[Row]]] = {
     "kinematics": kinematics.rows,
     "learning": learning.rows,
+    "lessons": lessons.rows,
     "max_ent": max_ent.rows,
     "trials": trials.rows,
 }

@@ -22,6 +22,7 @@ from irl.policy import Policy
 from irl.problem import LearningProblem
 from irl.rule_trust import AT_THE_END, ON_THE_WAY, Trust
 from irl.task_data import EVIDENCE, TaskData
+from irl.teacher import Teacher
 from irl.training import TrainingConfig
 from models.task.spaces import N_STATES
 
@@ -129,12 +130,7 @@ def learn(
     Raises:
         InputError: if the task data lack the features, or ``folder`` keeps other work.
     """
-    features = network_features(task, config.features)
-    initial, answers, trust = teacher.initial_demonstrations(
-        config.demonstrations, config.least_purity, rng
-    )
-    problem = replace(LearningProblem.of(task), features=features)
-    problem = replace(problem, candidates=teacher.candidates(problem))
+    problem, initial, answers, trust = prepare(task, teacher, config, rng)
     kept = None if folder is None else folder / CURVE
     curve = [] if kept is None or not kept.exists() else _read_curve(kept)
     with _Bars(config.active) as bars:
@@ -144,13 +140,7 @@ def learn(
                 bars.show(progress)
                 return
             action = Policy.from_q(progress.q, task.model.mask).action
-            seen = progress.labels.state
-            point = CurvePoint(
-                progress.query,
-                progress.labels.n_states_demonstrated,
-                success_mdp(task.model, action, task.goal_states, task.start_states),
-                accuracy_on_unseen(action, seen, teacher.oracle, task.start_states).value,
-            )
+            point = curve_point(task, teacher, action, progress)
             # A run that was cut off after this training, before it was saved, has it already.
             curve[:] = [earlier for earlier in curve if earlier.query < point.query] + [point]
             if kept is not None:
@@ -175,6 +165,31 @@ def learn(
         trust,
         {ON_THE_WAY: list(answers.rules or []), AT_THE_END: list(answers.rules_at_end or [])},
         dict(zip(EVIDENCE, evidence.tolist(), strict=True)),
+    )
+
+
+def prepare(
+    task: TaskData, teacher: GraspTeacher, config: LearningConfig, rng: np.random.Generator
+) -> tuple[LearningProblem, Demonstrations, Teacher, dict[str, dict[str, Trust]]]:
+    """What Algorithm 4.1 is given: the problem, D₀, who answers, and the trust in each rule."""
+    initial, answers, trust = teacher.initial_demonstrations(
+        config.demonstrations, config.least_purity, rng
+    )
+    features = network_features(task, config.features)
+    problem = replace(LearningProblem.of(task), features=features)
+    return replace(problem, candidates=teacher.candidates(problem)), initial, answers, trust
+
+
+def curve_point(
+    task: TaskData, teacher: GraspTeacher, action: np.ndarray, progress: Progress
+) -> CurvePoint:
+    """How good a policy ``[n_states]`` is, after a training."""
+    seen, oracle, starts = progress.labels.state, teacher.oracle, task.start_states
+    return CurvePoint(
+        progress.query,
+        progress.labels.n_states_demonstrated,
+        success_mdp(task.model, action, task.goal_states, starts),
+        accuracy_on_unseen(action, seen, oracle, starts).value,
     )
 
 

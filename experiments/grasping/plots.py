@@ -23,34 +23,37 @@ SUCCESS, ACCURACY = "#2166ac", "#b35806"
 COLOURS = np.delete(colormaps["tab20"](np.arange(20))[:, :3], (6, 7), axis=0)
 
 
-def plot_learning(figure: Figure, learnt: Learnt, assessment: Assessment) -> None:
-    """Draw success and accuracy against demonstrated states, and which clusters were advised.
+STATES = "what to do in a state"
+"""The row of answers about states."""
 
-    Above, one point a training; below, one row a cluster, marked where the expert gave advice
-    about it, as many states demonstrated as after that answer.
+
+def plot_learning(figure: Figure, learnt: Learnt, assessment: Assessment) -> None:
+    """Draw success and accuracy against answers, and what each answer was about.
+
+    Above, one point a training, with the states demonstrated by then; below, one row for states
+    and one a cluster, marked at the number of the answer.
     """
-    advised = list(dict.fromkeys(r.cluster for r in learnt.result.history if r.cluster))
-    figure.set_size_inches(9, 4.4 + 0.2 * len(advised))
-    heights = [3.6, 0.2 * len(advised) + 0.2] if advised else [1.0]
+    history = learnt.result.history
+    about = [STATES] * bool(history) + list(dict.fromkeys(r.cluster for r in history if r.cluster))
+    figure.set_size_inches(9, 4.6 + 0.2 * len(about))
+    heights = [3.6, 0.2 * len(about) + 0.2] if about else [1.0]
     rows = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     _draw_curve(rows[0], learnt.curve, assessment)
-    if advised:
-        _draw_advice(rows[1], learnt.result.history, advised)
-    rows[-1].set_xlabel("states demonstrated")
+    if about:
+        _draw_answers(rows[1], history, about)
+    rows[-1].set_xlabel("answers")
 
 
 def _draw_curve(axis: Axes, curve: Sequence[CurvePoint], assessment: Assessment) -> None:
-    demonstrated = [point.demonstrated for point in curve]
+    answers = [point.query for point in curve]
     success = [point.success for point in curve]
     accuracy = [point.accuracy_optimal_all for point in curve]
     axis.axhline(
         assessment.success_mdp_oracle, linestyle="--", color="#777777",
         label="success of the demonstrator",
     )  # fmt: skip
-    axis.plot(demonstrated, success, "o-", markersize=4, color=SUCCESS, label="success")
-    axis.plot(
-        demonstrated, accuracy, "s-", markersize=4, color=ACCURACY, label="accuracy"
-    )  # fmt: skip
+    axis.plot(answers, success, "o-", markersize=4, color=SUCCESS, label="success")
+    axis.plot(answers, accuracy, "s-", markersize=4, color=ACCURACY, label="accuracy")
     low = min(*success, *accuracy)
     axis.set(ylabel="share", ylim=(max(0.0, low - 0.1), 1.02))
     axis.set_title(
@@ -60,18 +63,24 @@ def _draw_curve(axis: Axes, curve: Sequence[CurvePoint], assessment: Assessment)
     )
     axis.grid(alpha=0.3)
     axis.legend(loc="lower right", frameon=False)
+    shown = curve[:: -(-len(curve) // 8) or 1]
+    above = axis.secondary_xaxis("top")
+    above.set_xticks([point.query for point in shown], [str(p.demonstrated) for p in shown])
+    above.set_xlabel("states demonstrated by then", fontsize=9)
+    above.tick_params(labelsize=8)
 
 
-def _draw_advice(axis: Axes, history: Sequence[QueryRecord], advised: Sequence[str]) -> None:
-    for record in history:
+def _draw_answers(axis: Axes, history: Sequence[QueryRecord], about: Sequence[str]) -> None:
+    for number, record in enumerate(history, 1):
+        axis.plot(number, 0, "o", color="k", ms=3)
         if record.cluster:
-            axis.plot(record.demonstrated, advised.index(record.cluster), "D", color="k", ms=4)
-    axis.set_yticks(range(len(advised)), [_words_of(name) for name in advised])
+            axis.plot(number, about.index(record.cluster), "D", color="k", ms=4)
+    axis.set_yticks(range(len(about)), [_words_of(name) for name in about])
     axis.tick_params(axis="y", labelsize=8)
-    axis.set_ylim(len(advised) - 0.5, -0.5)
+    axis.set_ylim(len(about) - 0.5, -0.5)
     axis.grid(alpha=0.3)
     axis.set_title(
-        "clusters of states that the expert then gave advice about", loc="left", fontsize=9
+        "what the answers were about: a state, and a cluster of states", loc="left", fontsize=9
     )
 
 

@@ -1,6 +1,7 @@
-"""Learning to grasp, beyond the demo: hidden rewards, and knowing when it is enough.
+"""Learning to grasp, beyond the demo: Table 6.3, hidden rewards, and knowing when it is enough.
 
-``python -m experiments.grasping rewards`` and ``enough``; `experiments/grasping.md` tells more.
+``python -m experiments.grasping table``, ``rewards`` and so on; `experiments/grasping.md` tells
+more.
 """
 
 from typing import Annotated, Any
@@ -9,16 +10,39 @@ import tyro
 
 from experiments.grasping.hidden.enough import Enough, run_enough
 from experiments.grasping.hidden.rewards import Rewards, run_rewards
+from experiments.grasping.tables.advice import AdviceGains, run_advice
+from experiments.grasping.tables.ladder import Ladder, run_ladder
+from experiments.grasping.tables.larger import Larger, run_larger
+from experiments.grasping.tables.model_free import ModelFree, run_model_free
+from experiments.grasping.tables.network import Network, run_network
+from experiments.grasping.tables.questions import Questions, run_questions
+from experiments.grasping.tables.table import Table, run_table
 from experiments.kit.command import Output
 
+RUN = {
+    Table: run_table,
+    Ladder: run_ladder,
+    Questions: run_questions,
+    AdviceGains: run_advice,
+    Network: run_network,
+    ModelFree: run_model_free,
+    Larger: run_larger,
+    Rewards: run_rewards,
+    Enough: run_enough,
+}
 Config = (
-    Annotated[Rewards, tyro.conf.subcommand("rewards")]
+    Annotated[Table, tyro.conf.subcommand("table")]
+    | Annotated[Ladder, tyro.conf.subcommand("ladder")]
+    | Annotated[Questions, tyro.conf.subcommand("questions")]
+    | Annotated[AdviceGains, tyro.conf.subcommand("advice")]
+    | Annotated[Network, tyro.conf.subcommand("network")]
+    | Annotated[ModelFree, tyro.conf.subcommand("model_free")]
+    | Annotated[Larger, tyro.conf.subcommand("larger")]
+    | Annotated[Rewards, tyro.conf.subcommand("rewards")]
     | Annotated[Enough, tyro.conf.subcommand("enough")]
 )
 
 
-def main(config: Rewards | Enough, output: Output) -> dict[str, Any]:
+def main(config: Any, output: Output) -> dict[str, Any]:
     """Do what the subcommand says."""
-    if isinstance(config, Rewards):
-        return run_rewards(config, output)
-    return run_enough(config, output)
+    return RUN[type(config)](config, output)

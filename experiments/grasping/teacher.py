@@ -1,5 +1,6 @@
 """Who teaches the grasping task: a simulated mind, whose wish stays hidden, or a recording."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -7,6 +8,8 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from experiments.grasping.hidden.costs import costs
+from experiments.grasping.hidden.drawn import habitual
 from irl.choices import Limits, Settings
 from irl.collection import by_trusted_rules, recorded_runs, runs_from
 from irl.demonstrations import Demonstrations
@@ -39,6 +42,9 @@ class TeacherConfig(Settings):
     A person would not show it: what follows is not what the state's name says."""
     tolerance: Annotated[float, Limits(0, 1, open_low=True, open_high=True)] = 0.005
     """Two actions are equally good if their values differ by less; half an action's cost."""
+    ties: Literal["random", "habit"] = "random"
+    """Which of equally good actions is shown: any, or by habit the one that turns the wrist least,
+    and of these the one that moves it least."""
     label_noise: Annotated[float, Limits(0, 1)] = 0.0
     """The probability that a demonstrated label is wrong."""
 
@@ -69,7 +75,7 @@ class GraspTeacher:
     def oracle(self) -> OracleDemonstrator:
         """An optimal policy under the hidden reward, planned on the task's own model."""
         task, config = self.task, self.config
-        return OracleDemonstrator(
+        plain = OracleDemonstrator(
             task.model,
             task.goal_states,
             gamma=task.gamma,
@@ -81,6 +87,7 @@ class GraspTeacher:
             tolerance=config.tolerance,
             label_noise=config.label_noise,
         )
+        return habitual(plain, costs(task.model)) if config.ties == "habit" else plain
 
     def answers(self, rules: list[str] | None = None) -> Teacher:
         """Who answers the learner; ``rules`` say what follows from a demonstration; all if None."""
@@ -102,12 +109,13 @@ class GraspTeacher:
         Raises:
             InputError: as `irl.collection.by_trusted_rules`.
         """
-        answers = self.answers()
+        return by_trusted_rules(self.answers(), self.runs(rng), count, least_purity)
+
+    def runs(self, rng: np.random.Generator) -> Iterator[Demonstrations]:
+        """Runs from starts drawn by chance, without end; or of a recording, each once."""
         if self.recording is not None:
-            runs = recorded_runs(self.recording, rng)
-        else:
-            runs = runs_from(self.oracle, self.task.start_states, rng)
-        return by_trusted_rules(answers, runs, count, least_purity)
+            return recorded_runs(self.recording, rng)
+        return runs_from(self.oracle, self.task.start_states, rng)
 
     def share_right(self, labels: Demonstrations) -> float | None:
         """Share of generalised labels that the simulated mind would confirm; None without any."""

@@ -48,6 +48,8 @@ def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
     result = json.loads((folder / "out/result.json").read_text())
     assert {
         "accuracy_optimal",
+        "accuracy_optimal_all",
+        "learning_s",
         "accuracy_strict",
         "accuracy_strict_ceiling",
         "success_mdp",
@@ -59,6 +61,12 @@ def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
     } <= result.keys()
     assert 0.0 < result["demonstrated_fraction"] <= 100 / 15984
     assert len(result["advised_clusters"]) == result["queries"] == 2
+    one = result["one_trajectory"]
+    assert 2 <= one["labels"] <= 10
+    assert one["success_mdp"] > 0.99
+    assert one["accuracy_optimal_all"] > 0.9
+    assert one["seconds"] > 0
+    assert "from one trajectory" in done.stdout
     assert result["success_mdp_oracle"] > 0.9
     assert result["success_drake"]["trials"] == 1
     (episode,) = result["episodes"]

@@ -124,6 +124,20 @@ def test_queries_improve_the_policy_within_budget():
     assert not after.advice.preferred.any()
 
 
+def test_an_earlier_result_is_gone_on_from_without_training_again():
+    first, _ = run(replace(CONFIG, budget=0))
+    told = []
+    later, guide = run(demonstrations=first, callback=told.append, seed=1)
+    assert [each.iteration for each in told if each.query == 0] == [0]
+    whole = first.network.values(WORLD.features)
+    (begun,) = [each for each in told if each.query == 0]
+    assert np.array_equal(begun.q.argmax(axis=1), WORLD.model.q_values(whole).argmax(axis=1))
+    assert len(guide.asked) == 6
+    assert accuracy(later) > accuracy(first)
+    # It stays as it was.
+    assert np.array_equal(first.network.values(WORLD.features), whole)
+
+
 def test_each_cluster_is_asked_once_and_its_advice_applied():
     result, guide = run()
     assert sorted(guide.advised) == ["left", "top"]

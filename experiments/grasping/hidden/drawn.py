@@ -106,6 +106,11 @@ class HabitualDemonstrator(OracleDemonstrator):
         effort[~self.optimal_actions] = -np.inf
         return np.where(self.optimal_actions.any(axis=1), effort.argmax(axis=1), -1)
 
+    @property
+    def shown(self) -> np.ndarray:
+        """As of `OracleDemonstrator`: 1 for the preferred action."""
+        return np.arange(self.model.n_actions) == self.preferred[:, np.newaxis]
+
     def label(self, state: int, rng: np.random.Generator) -> int:
         """The preferred action, or with probability ``label_noise`` a wrong one."""
         if self.label_noise and rng.random() < self.label_noise:
@@ -196,10 +201,13 @@ def _oracle(
         action_cost=pair_cost,
         tolerance=TOLERANCE,
     )
-    if not habit:
-        return plain
+    return habitual(plain, named) if habit else plain
+
+
+def habitual(plain: OracleDemonstrator, named: dict[str, np.ndarray]) -> HabitualDemonstrator:
+    """The same wish with a person's habits; ``named``: costs of pairs, turn and motion of them."""
     # Turning first, motion where that is equal, and the action's number last.
-    effort = named["turn"] + 1e-3 * named["motion"] + 1e-6 * task.model.pair_action
+    effort = named["turn"] + 1e-3 * named["motion"] + 1e-6 * plain.model.pair_action
     return HabitualDemonstrator(**vars_of(plain), effort=effort)
 
 

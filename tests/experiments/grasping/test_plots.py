@@ -31,13 +31,24 @@ def test_the_advised_clusters_are_told_in_words():
     )
     assert {"held from above", "the hand holds the cube, and upper layer", "odd"} <= texts(figure)
     marks = [line.get_xdata().tolist() for line in figure.axes[1].get_lines()]
-    assert marks == [[100], [102], [103]]
+    # Four answers, each about a state; but for the second, about a cluster besides.
+    assert marks == [[1], [1], [2], [3], [3], [4], [4]]
+    rows = [line.get_ydata().tolist() for line in figure.axes[1].get_lines()]
+    assert rows == [[0], [1], [0], [0], [2], [0], [3]]
+    assert figure.axes[1].get_xlabel() == "answers"
 
 
-def test_without_advice_there_is_the_curve_alone():
+def test_without_questions_there_is_the_curve_alone():
     figure = Figure()
-    plot_learning(figure, learnt([None]), ASSESSMENT)
+    plot_learning(figure, learnt([]), ASSESSMENT)
     assert len(figure.axes) == 1
+
+
+def test_answers_about_states_are_marked_without_advice_too():
+    figure = Figure()
+    plot_learning(figure, learnt([None, None]), ASSESSMENT)
+    assert [line.get_xdata().tolist() for line in figure.axes[1].get_lines()] == [[1], [2]]
+    assert "what to do in a state" in texts(figure)
 
 
 def test_grasps_that_are_not_optimal_are_crossed_and_the_goal_is_starred():

@@ -1,0 +1,62 @@
+"""What a single run teaches, beside a thousand labels: `goal_posterior` on one trajectory."""
+
+from dataclasses import dataclass, replace
+from itertools import islice
+from time import process_time
+
+import numpy as np
+
+from experiments.grasping.hidden.costs import costs, factors
+from experiments.grasping.teacher import GraspTeacher
+from irl.demonstrations import Demonstrations
+from irl.methods import learn
+from irl.metrics import accuracy_on_unseen, success_mdp
+from irl.policy import Policy
+from irl.problem import LearningProblem
+
+LEAST_LABELS, TRIES = 2, 100  # a shorter run is not much of a demonstration
+
+
+@dataclass(frozen=True)
+class OneRun:
+    """What came of one trajectory, by the names in ``result.json``.
+
+    Attributes:
+        labels: how many there were.
+        accuracy_optimal_all: share of all other states with an action as good as the
+            demonstrator's.
+        success_mdp: probability of the goal within 20 actions, mean over the free states.
+        seconds: of processor time that learning took.
+    """
+
+    labels: int
+    accuracy_optimal_all: float
+    success_mdp: float
+    seconds: float
+
+
+def learn_from_one(teacher: GraspTeacher, rng: np.random.Generator) -> OneRun | None:
+    """Learn from the first run of two labels or more; None if none says where it ended.
+
+    Costs are known by name and the task's factors as such; the goal, the sizes of the costs and
+    the care of the demonstrator are not.
+    """
+    run = next(filter(_is_whole, islice(teacher.runs(rng), TRIES)), None)
+    if run is None:
+        return None
+    began, task = process_time(), teacher.task
+    problem = replace(LearningProblem.of(task), costs=costs(task.model), factors=factors())
+    q = learn("goal_posterior", problem, run, rng=rng).q
+    seconds = process_time() - began
+    action, starts = Policy.from_q(q, task.model.mask).action, task.start_states
+    seen = np.union1d(run.state, run.ends[:, 2])
+    return OneRun(
+        len(run),
+        accuracy_on_unseen(action, seen, teacher.oracle, starts).value,
+        success_mdp(task.model, action, task.goal_states, starts),
+        seconds,
+    )
+
+
+def _is_whole(run: Demonstrations) -> bool:
+    return len(run) >= LEAST_LABELS and len(run.ends) > 0

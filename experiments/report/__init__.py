@@ -1,0 +1,1 @@
+"""RESULTS.md from kept results: the thesis' figures and tables beside ours."""

@@ -1,0 +1,164 @@
+"""Write RESULTS.md's tables from kept results, and say what is missing; make it, if asked to.
+
+Each figure and table of the thesis stands beside ours, with seeds, intervals and the command. What
+is kept lies in `experiments/results`; the text of RESULTS.md around the marks stays as it is.
+"""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from experiments.kit.command import Output
+from experiments.kit.executors import MOST_WORKERS
+from experiments.report.claims import CLAIMS
+from experiments.report.parts import PARTS, Kept, Part
+from irl.choices import Limits, Members, Settings
+from irl.errors import InputError
+from irl.files import atomic_path
+
+ROOT = Path(__file__).parents[2]
+BEGIN = "<!-- From here on `python -m experiments.report` writes; change what it reads. -->"
+END = "<!-- What follows is written by hand. -->"
+
+
+@dataclass(frozen=True)
+class Config(Settings):
+    """Write RESULTS.md's tables from kept results, and name what is missing."""
+
+    run: bool = False
+    """Whether to make what is missing first; interrupted, the same command goes on."""
+    parts: Annotated[tuple[str, ...], Members(tuple(part.name for part in PARTS))] = tuple(
+        part.name for part in PARTS
+    )
+    """Which parts are made, with --run."""
+    again: bool = False
+    """Whether parts are made that are there already, with --run."""
+    results: Path = ROOT / "experiments" / "results"
+    """The folder of the kept results."""
+    file: Path = ROOT / "RESULTS.md"
+    """The document that is written."""
+    workers: Annotated[int, Limits(1, MOST_WORKERS)] = 2
+    """How many processes a part has; the results do not depend on it."""
+    out: Path = field(default_factory=lambda: Path("out/report"))
+    """The folder that parts are made in."""
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Make what is wanted, then write."""
+    kept = {part.name: Kept(config.results / part.name) for part in PARTS}
+    if config.run:
+        chosen = [part for part in PARTS if part.name in config.parts]
+        make([p for p in chosen if config.again or not kept[p.name].there], kept, config, output)
+    there = [part for part in PARTS if kept[part.name].there]
+    missing = [part for part in PARTS if not kept[part.name].there]
+    write(config.file, sections(kept, config))
+    for part in missing:
+        print(f"missing: {part.name} (about {part.minutes} minutes of processor time)")
+    print(f"{len(there)} of {len(PARTS)} parts told in {config.file}")
+    return {"told": [p.name for p in there], "missing": [p.name for p in missing]}
+
+
+def make(parts: Sequence[Part], kept: dict[str, Kept], config: Config, output: Output) -> None:
+    """Run the commands of parts, one after the other, and keep what they leave.
+
+    Raises:
+        InputError: if a command fails; what came before it is kept.
+    """
+    total = sum(part.minutes for part in parts)
+    print(
+        f"{len(parts)} parts to make: about {total} minutes of processor time, "
+        f"{total / config.workers:.0f} by the clock with {config.workers} workers on as many free "
+        "cores",
+        flush=True,
+    )
+    for part in parts:
+        print(f"{part.as_typed} (about {part.minutes} minutes)", flush=True)
+        out = output.folder / part.name
+        command = [sys.executable, "-m", f"experiments.{part.command[0]}", *part.command[1:]]
+        command += ["--out", str(out.absolute())]
+        if part.workers:
+            command += ["--workers", str(config.workers)]
+        if subprocess.run(command, cwd=ROOT, check=False).returncode:
+            raise InputError("failed; give the same command to go on", place=part.as_typed)
+        kept[part.name].keep(part, out)
+
+
+def sections(kept: dict[str, Kept], config: Config) -> list[str]:
+    """All that is written between the marks."""
+    return [
+        *summary(kept),
+        *(line for part in PARTS if kept[part.name].there for line in section(part, kept, config)),
+        *absent(kept),
+    ]
+
+
+def summary(kept: dict[str, Kept]) -> list[str]:
+    """The table of claims."""
+    lines = ["## In ten lines", "", "| claim | figure | command |", "|---|---|---|"]
+    for claim, name, figure in CLAIMS:
+        part = next(part for part in PARTS if part.name == name)
+        told = figure(kept[name].result) if kept[name].there else "*not measured yet*"
+        lines.append(f"| {claim} | {told} | `{_command(part, kept)}` |")
+    return [*lines, ""]
+
+
+def section(part: Part, kept: dict[str, Kept], config: Config) -> list[str]:
+    """One part: command, machine, table, pictures."""
+    own = kept[part.name]
+    lines = [f"## {part.title}", "", f"`{_command(part, kept)}`{_made(own)}", ""]
+    lines += part.tell(own.result)
+    for name, words in part.pictures:
+        if (own.folder / name).exists():
+            path = (own.folder / name).absolute()
+            base = config.file.absolute().parent
+            shown = path.relative_to(base) if path.is_relative_to(base) else path
+            lines += [f"![{words}]({shown.as_posix()})", ""]
+    return lines
+
+
+def absent(kept: dict[str, Kept]) -> list[str]:
+    """What nobody measured yet."""
+    missing = [part for part in PARTS if not kept[part.name].there]
+    if not missing:
+        return []
+    lines = ["## Not measured yet", "", "| what | command | minutes of processor time |"]
+    lines += ["|---|---|---|"]
+    lines += [f"| {part.title} | `{part.as_typed}` | {part.minutes} |" for part in missing]
+    return [*lines, "", "`python -m experiments.report --run` makes all of it.", ""]
+
+
+def write(file: Path, lines: Sequence[str]) -> None:
+    """Put lines between the marks of a document, which is made if it is not there.
+
+    Raises:
+        InputError: if there is a document without the marks.
+    """
+    before, after = "# Results\n\n", ""
+    if file.exists():
+        text = file.read_text(encoding="utf-8")
+        if BEGIN not in text or END not in text:
+            raise InputError(
+                "has no marks to write between; put the two comments of "
+                "experiments/report/story.py where the tables belong",
+                place=str(file),
+            )
+        before, rest = text.split(BEGIN, 1)
+        after = rest.split(END, 1)[1]
+    body = "\n".join(lines).strip()
+    with atomic_path(file) as path:
+        path.write_text(f"{before}{BEGIN}\n\n{body}\n\n{END}{after or chr(10)}", encoding="utf-8")
+
+
+def _command(part: Part, kept: dict[str, Kept]) -> str:
+    """The command that made what is kept; that of the part if nobody noted another."""
+    return kept[part.name].made.get("command", part.as_typed)
+
+
+def _made(kept: Kept) -> str:
+    if not kept.made:
+        return ""
+    versions = ", ".join(f"{name} {number}" for name, number in kept.made["packages"].items())
+    return f", on {kept.made['cores']} cores of {kept.made['processor']}; {versions}"

@@ -1,0 +1,28 @@
+"""The speed of learning to grasp is measured on what the demo and the thesis do."""
+
+import pytest
+
+from experiments.bench import lessons
+from experiments.bench.comparison import Peers
+from experiments.grasping.learning import THESIS_DEMONSTRATIONS
+from experiments.grasping.teacher import GraspTeacher
+
+
+def test_rows_say_what_was_timed(monkeypatch):
+    asked = []
+
+    def demo(teacher, config, seed):
+        asked.append((teacher, config, seed))
+        return 7.5
+
+    monkeypatch.setattr(lessons, "demo_seconds", demo)
+    monkeypatch.setattr(lessons, "TIMED", 4)
+    first, second, third = lessons.rows(Peers(), seed=3)
+    ((teacher, config, seed),) = asked
+    assert isinstance(teacher, GraspTeacher)
+    assert (config.demonstrations, seed) == (THESIS_DEMONSTRATIONS, 3)
+    assert first.ratio == 2.0
+    assert second.ours_s == third.ours_s == pytest.approx(10_000 * second.details["an_iteration_s"])
+    # 981 states lead to about half of all.
+    assert 6000 < second.details["evaluated_states"] < 10_000
+    assert third.other_s < third.ours_s

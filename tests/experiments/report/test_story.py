@@ -1,0 +1,126 @@
+"""RESULTS.md's tables are what the kept results say, and what is missing is named."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from experiments.grasping.tables.lesson import MEASURED
+from experiments.kit.command import Output
+from experiments.report import story
+from experiments.report.claims import CLAIMS
+from experiments.report.parts import MADE, PARTS, RESULT, Kept
+
+MEASURES = {name: [0.5, 0.75] for name in MEASURED}
+
+
+def cell(method, chosen, advice):
+    return {"method": method, "demonstration_set": chosen, "advice": advice, **MEASURES}
+
+
+TABLE = {
+    "seeds": [0, 1],
+    "rows": [
+        cell(method, chosen, advice)
+        for method in ("fa_mlirl", "thesis")
+        for chosen in ("initial", "random", "active")
+        for advice in ("none", "action", "state", "both")
+    ],
+}
+
+
+@pytest.fixture
+def results(tmp_path):
+    folder = tmp_path / "results"
+    own = folder / "grasping" / "table"
+    own.mkdir(parents=True)
+    (own / RESULT).write_text(json.dumps(TABLE))
+    made = {"command": "python -m experiments.grasping table --seeds 2", "cores": 2}
+    made |= {"processor": "P", "packages": {"torch": "1"}}
+    (own / MADE).write_text(json.dumps(made))
+    (own / "accuracy.png").write_bytes(b"")
+    return folder
+
+
+def told(tmp_path, results, *options, capsys=None):
+    config = story.Config(results=results, file=tmp_path / "R.md", out=tmp_path / "out")
+    result = story.main(config, Output(tmp_path / "out", config))
+    return result, (tmp_path / "R.md").read_text()
+
+
+def test_what_is_kept_is_told_and_what_is_missing_is_named(tmp_path, results, capsys):
+    result, text = told(tmp_path, results)
+    assert result["told"] == ["grasping/table"]
+    assert "grasping/questions" in result["missing"]
+    assert "missing: grasping/questions" in capsys.readouterr().out
+    row = next(line for line in text.splitlines() if line.startswith("| thesis' network | 981"))
+    assert "| 8 | 62.5 [50.0, 75.0] |" in row
+    assert "`python -m experiments.grasping table --seeds 2`, on 2 cores of P; torch 1" in text
+    assert (
+        "![Accuracy by demonstration set and advice](results/grasping/table/accuracy.png)" in text
+    )
+    assert "curves.png" not in text
+    head = text.split("## Table 6.3")[0]
+    assert head.count("*not measured yet*") == len(CLAIMS) - 3
+    assert "`python -m experiments.grasping questions`" in text.split("## Not measured yet")[1]
+
+
+def test_the_text_around_the_marks_stays(tmp_path, results):
+    file = tmp_path / "R.md"
+    file.write_text(f"# Mine\n\nbefore\n\n{story.BEGIN}\nold\n{story.END}\n\nafter\n")
+    _, text = told(tmp_path, results)
+    assert text.startswith("# Mine\n\nbefore\n") and text.endswith(f"{story.END}\n\nafter\n")
+    assert "old" not in text
+    assert told(tmp_path, results)[1] == text
+
+
+def test_a_document_without_marks_is_refused(tmp_path, results, refused):
+    (tmp_path / "R.md").write_text("# Mine\n")
+    said = refused(story, "--results", results, "--file", tmp_path / "R.md")
+    assert "has no marks" in said
+    assert (tmp_path / "R.md").read_text() == "# Mine\n"
+
+
+def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monkeypatch, capsys):
+    ran = []
+
+    class Done:
+        returncode = 0
+
+    def run(command, **_):
+        out = Path(command[command.index("--out") + 1])
+        out.mkdir(parents=True)
+        part = next(p for p in PARTS if p.name == "grasping/enough")
+        (out / RESULT).write_text('{"lessons": 200, "stopped": 190, "right_share": 0.98765432}')
+        for name, _ in part.pictures:
+            (out / name).write_bytes(b"")
+        ran.append(command[2:5])
+        return Done()
+
+    monkeypatch.setattr(story.subprocess, "run", run)
+    parts = ("grasping/table", "grasping/enough")
+    config = story.Config(
+        run=True, parts=parts, results=results, file=tmp_path / "R.md", out=tmp_path / "out"
+    )
+    for _ in range(2):
+        story.main(config, Output(tmp_path / "out", config))
+    assert ran == [["experiments.grasping", "enough", "--lessons"]]
+    assert "1 parts to make: about 40 minutes" in capsys.readouterr().out
+    kept = Kept(results / "grasping" / "enough")
+    assert kept.result["right_share"] == 0.987654
+    assert kept.made["command"] == "python -m experiments.grasping enough --lessons 200"
+    assert "ended 190 of 200 lessons" in (tmp_path / "R.md").read_text()
+
+
+def test_every_claim_has_a_part():
+    assert len(CLAIMS) == 10
+    assert {name for _, name, _ in CLAIMS} <= {part.name for part in PARTS}
+
+
+def test_the_documents_tables_are_those_of_the_kept_results(tmp_path):
+    text = (story.ROOT / "RESULTS.md").read_text(encoding="utf-8")
+    file = story.ROOT / "RESULTS.md"
+    config = story.Config(file=file, out=tmp_path / "out")
+    kept = {part.name: Kept(config.results / part.name) for part in PARTS}
+    body = "\n".join(story.sections(kept, config)).strip()
+    assert text.split(story.BEGIN)[1].split(story.END)[0].strip() == body

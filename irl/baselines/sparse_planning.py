@@ -18,12 +18,18 @@ from typing import Annotated
 import numpy as np
 
 from irl.baselines.ascent import AscentConfig, Callback, sparse_ascend
-from irl.baselines.differentiable_planning import SoftMax
+from irl.baselines.differentiable_planning import Planner, SoftMax
 from irl.baselines.features import reward_features
 from irl.baselines.planned_likelihood import PlannedLikelihood
+from irl.baselines.pruned_rewards import pruned
 from irl.choices import Limits
 from irl.demonstrations import Demonstrations
+from irl.errors import InputError
+from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
+
+_TOLERANCE = 1e-6
+"""Largest error of a plan's values, in units of the temperature: an ascent needs no more."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,9 @@ class SparseConfig(AscentConfig):
     sparsity: Annotated[float, Limits(0, 1)] = 0.05
     """Price of Σ |ω| as a share of the price above which ω = 0 would be best, from 0, which is
     free, to 1. Flawless demonstrations have no likeliest ω without a price."""
+    prune: bool = False
+    """Whether only rewards are kept that lead to where runs ended, or, if nobody says where, the
+    large ones: `irl.baselines.pruned_rewards`. For few labels, or wrong ones; not with features."""
 
 
 def sparse_planning(
@@ -66,11 +75,19 @@ def sparse_planning(
             or the features are not finite or have a wrong shape.
     """
     config = config or SparseConfig()
+    if config.prune and features is not None:
+        raise InputError("is for a reward of its own per state; give no features", place="prune")
     phi, of_pairs = reward_features(model, features)
-    likelihood = PlannedLikelihood.build(model, demonstrations, gamma, SoftMax(), 1.0, of_pairs)
+    planner = Planner(model, gamma, SoftMax(), tolerance=_TOLERANCE, of_pairs=of_pairs)
+    likelihood = PlannedLikelihood.over(
+        LikelihoodProblem.of(model, demonstrations), planner, beta=1.0
+    )
 
     def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
         return likelihood.in_weights(phi, weights)
 
     answer, _ = sparse_ascend(objective, np.zeros(phi.shape[1]), config.sparsity, config, callback)
+    if config.prune:
+        few = pruned(model, demonstrations, answer.x, gamma)
+        return few, few
     return phi @ answer.x, answer.x

@@ -3,11 +3,20 @@
 A hypothesis is a goal, a state or a region, and a size for each named cost. In reading order:
 `plans` plans for many at once, `goals` proposes, `evidence` weighs what was shown, `belief` seeks
 hypotheses and keeps them, `predictions` says what follows, `questions` what to ask, `audit` what
-answers held out said of the predictions, `learner` does all that in turn, and `enough` says when to
-stop. `experiments/grasping.md` tells more.
+answers held out said of the predictions, `learner` does all that in turn, `enough` says when to
+stop, and `student` makes a VR network of it. `experiments/grasping.md` tells more.
 """
 
 from irl.posterior.enough import EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
+from irl.posterior.student import Student, StudentConfig, taught
 
-__all__ = ["EnoughRule", "GoalConfig", "GoalLearner", "claim"]
+__all__ = [
+    "EnoughRule",
+    "GoalConfig",
+    "GoalLearner",
+    "Student",
+    "StudentConfig",
+    "claim",
+    "taught",
+]

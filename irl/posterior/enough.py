@@ -62,7 +62,7 @@ class EnoughRule:
 
 def confident(learner: GoalLearner) -> bool:
     """Whether a learner's own predictions are good enough."""
-    return _reaches(learner) and learner.predicted.accuracy >= ACCURACY
+    return reaches(learner) and learner.predicted.accuracy >= ACCURACY
 
 
 def claim(learner: GoalLearner) -> str:
@@ -70,12 +70,13 @@ def claim(learner: GoalLearner) -> str:
 
     Once an audit has contradicted, only one that confirms makes good for it.
     """
-    if not _reaches(learner):
+    if not reaches(learner):
         return UNSURE
     if not confident(learner) or (learner.mistaken and not learner.audit.confirmed):
         return REACHES
     return LEARNT if learner.audit.confirmed else UNTRIED
 
 
-def _reaches(learner: GoalLearner) -> bool:
+def reaches(learner: GoalLearner) -> bool:
+    """Whether it predicts that it reaches the goal, where runs ended as its plans do."""
     return learner.predicted.success >= SUCCESS and learner.ends_agree >= AGREE

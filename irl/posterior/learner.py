@@ -26,6 +26,8 @@ SURPRISE = "surprise"
 """The cost that every transition model lends: 1 − max P, how uncertain an outcome is."""
 AGREE = 0.05
 """Least probability of ending where a demonstration did, below which the goal is not found."""
+SAME = 0.0025
+"""Actions whose mean values differ by less are proposed in an audit alike; a quarter of a step."""
 _MOST_ENDS, _MOST_REWARDED = 8, 6  # states that goals are proposed around
 _JUDGED = 2000  # states that predicted accuracy is taken over, at most
 _PAYS = 0.1  # share of the largest reward below which a state is not proposed
@@ -77,6 +79,7 @@ class GoalLearner:
         self.belief = Belief(plans, list(kept), self._config.step_cost)
         self.shown = self.held_out = Demonstrations.empty()
         self.audit, self.mistaken = Audit(), 0
+        self._proposed: dict[int, int] = {}
 
     def learn(self, shown: Demonstrations, rounds: int | None = None) -> None:
         """Take up all demonstrations there are, in place of the former, and seek hypotheses.
@@ -130,6 +133,12 @@ class GoalLearner:
         chosen, weight = self.belief.likely()
         return self.belief.members(self.belief.goal[chosen]) @ weight + plans.value
 
+    @property
+    def arrived(self) -> np.ndarray:
+        """The states that are likelier than not a goal, bool ``[n_states]``."""
+        chosen, weight = self.belief.likely()
+        return self.belief.members(self.belief.goal[chosen]) @ weight > 1 / 2
+
     @cached_property
     def action(self) -> np.ndarray:
         """The policy: the best action by the mean values, int64 ``[n_states]``; −1 for none."""
@@ -138,7 +147,7 @@ class GoalLearner:
     @cached_property
     def predicted(self) -> Predicted:
         """How well the policy is going to do, if the truth is among the hypotheses."""
-        judged, action = self._candidates, self.action
+        judged, action = self.candidates, self.action
         judged = judged[action[judged] >= 0]
         if judged.size > _JUDGED:
             judged = np.random.default_rng(0).choice(judged, _JUDGED, replace=False)
@@ -162,7 +171,8 @@ class GoalLearner:
         return float(self.belief.care.sum(axis=0) @ EPSILONS)
 
     @property
-    def _candidates(self) -> np.ndarray:
+    def candidates(self) -> np.ndarray:
+        """The states that may be asked about and where something can be done, int64."""
         model, candidates = self.problem.model, self.problem.candidates
         return model.acting if candidates is None else np.intersect1d(candidates, model.acting)
 
@@ -177,11 +187,19 @@ class GoalLearner:
     def audit_question(self) -> int:
         """The next state of the audit: drawn by chance, or one whose answer was a surprise, again.
 
+        What is proposed there is drawn too, from the actions that seem equally good: who minds
+        something without a name minds some of them, and one choice of a policy shows less of it.
+
         Raises:
             InputError: as `question`.
         """
         again = self.audit.again
-        return int(self._rng.choice(self.unasked)) if again is None else again
+        if again is not None:
+            return again
+        state = int(self._rng.choice(self.unasked))
+        value = self.q[state]
+        self._proposed[state] = int(self._rng.choice(np.flatnonzero(value >= value.max() - SAME)))
+        return state
 
     @property
     def unasked(self) -> np.ndarray:
@@ -191,17 +209,14 @@ class GoalLearner:
             InputError: if there is none left.
         """
         given = Demonstrations.concatenate([self.shown, self.held_out])
-        left = np.setdiff1d(self._candidates, np.union1d(given.state, given.ends[:, 2]))
+        left = np.setdiff1d(self.candidates, np.union1d(given.state, given.ends[:, 2]))
         if not left.size:
             raise InputError("every state that may be asked about was", place="candidates")
         return left
 
     def proposal(self, state: int) -> int | None:
         """What the learner would do in a state; None if it takes it for a goal."""
-        chosen, weight = self.belief.likely()
-        if self.belief.members(self.belief.goal[chosen])[state] @ weight > 1 / 2:
-            return None
-        return int(self.action[state])
+        return None if self.arrived[state] else self._proposed.get(state, int(self.action[state]))
 
     def compare(
         self, answer: Demonstrations, proposed: Mapping[int, int | None] | None = None
@@ -225,5 +240,6 @@ class GoalLearner:
         elif not self.audit.confirmed:
             return
         held_out, self.held_out = self.held_out, Demonstrations.empty()
+        self._proposed.clear()
         rounds = 1 if self.audit.confirmed else None
         self.learn(Demonstrations.concatenate([self.shown, held_out]), rounds)

@@ -1,6 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from irl.baselines.pruned_rewards import pruned
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.errors import InputError
 from irl.planning import value_iteration
@@ -36,6 +39,51 @@ def test_the_dearer_the_fewer(grid, optimal_walks):
         for share in (0.01, 0.3, 1.0)
     ]
     assert used[0] > used[1] > used[2] == 0
+
+
+def longest(walks):
+    names, length = np.unique(walks.trajectory, return_counts=True)
+    return walks.select(walks.trajectory == names[length.argmax()])
+
+
+def test_pruned_it_pays_where_runs_ended_and_nowhere_else(grid, optimal_walks):
+    walk, goal = longest(optimal_walks), grid.goal_state
+    last = int(walk.step.max()) + 1
+    ended = replace(walk, ends=np.array([[walk.trajectory[0], last, goal]]))
+    R, weights = sparse_planning(grid.model, ended, gamma=0.9, config=SparseConfig(prune=True))
+    assert np.flatnonzero(R).tolist() == [goal]
+    np.testing.assert_array_equal(R, weights)
+
+
+@pytest.mark.parametrize("grid", [15], indirect=True)
+def test_where_no_end_is_known_rewards_are_dropped_only_if_labels_are_told_shorter(
+    grid, optimal_walks
+):
+    walk, goal = longest(optimal_walks), grid.goal_state
+    walk = replace(walk, ends=np.zeros((0, 3), dtype=np.int64))
+    spurious = np.zeros(grid.n_states)
+    spurious[[goal, 0, 1]] = 5.0, 1.0, 0.5
+    kept = pruned(grid.model, walk, spurious, 0.9)
+    assert np.flatnonzero(kept).tolist() == [goal]
+    # Two places that are both needed, one of them poorly paid: all labels of one lead away.
+    goals = np.zeros(grid.n_states)
+    goals[goal], goals[-1] = 5.0, 2.0
+    _, q = value_iteration(grid.model, goals, 0.9)
+    states = np.repeat(np.arange(grid.n_states), 3)
+    both = type(walk).from_pairs([(s, int(q[s].argmax())) for s in states if s != goal])
+    np.testing.assert_array_equal(pruned(grid.model, both, goals, 0.9), goals)
+    np.testing.assert_array_equal(pruned(grid.model, walk, -goals, 0.9), -goals)
+
+
+def test_pruning_is_not_for_features(grid, optimal_walks):
+    with pytest.raises(InputError, match="prune"):
+        sparse_planning(
+            grid.model,
+            optimal_walks,
+            np.eye(grid.n_states),
+            gamma=0.9,
+            config=SparseConfig(prune=True),
+        )
 
 
 def test_a_price_above_all_rewards_is_refused():

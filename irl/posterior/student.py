@@ -1,0 +1,95 @@
+"""A VR network as the posterior's student: a policy of the thesis' form, of what was understood.
+
+From a few labels a network alone learns little; from a plan that says what to do in every state it
+learns all that f can say (3.15). So the plan labels the states, evenly among the actions that it
+takes for equally good, and the network is fitted to these labels by their likelihood (3.19), with
+caution. What depends on an action and not on where it leads, such as how far it turns, no f on
+states can say: there the student falls short of its teacher.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from irl.choices import Settings
+from irl.likelihood import LikelihoodProblem
+from irl.posterior.learner import GoalLearner
+from irl.posterior.predictions import ALIKE
+from irl.training import TrainingConfig, train
+from irl.vr_function import VRFunction, pin, torch_generator
+
+
+@dataclass(frozen=True)
+class StudentConfig(Settings):
+    """The network, and how it is trained."""
+
+    hidden: tuple[int, ...] = (64, 32)
+    """Widths of the hidden layers."""
+    training: TrainingConfig = field(
+        default_factory=lambda: TrainingConfig(
+            iterations=200, step=3e-3, beta=100.0, learn_caution=True
+        )
+    )
+    """How it is trained on the labels of the plan."""
+
+
+@dataclass(frozen=True, eq=False)
+class Student:
+    """What the student knows.
+
+    Attributes:
+        network: the VR function.
+        f: its VR values, known ones in their places, float64 ``[n_states]``.
+        caution: u, the dislike of uncertain outcomes.
+        q: action values Σ P f − u · surprise, float64 ``[n_states, n_actions]``; −∞ where
+            infeasible.
+    """
+
+    network: VRFunction
+    f: np.ndarray
+    caution: float
+    q: np.ndarray
+
+
+def taught(
+    learner: GoalLearner,
+    features: np.ndarray,
+    *,
+    rng: np.random.Generator,
+    config: StudentConfig | None = None,
+) -> Student:
+    """Fit a VR network to the plan of a learner.
+
+    Args:
+        learner: has learnt; its labels are of all states that it may ask about.
+        features: what the network sees of the states, ``[n_states, d]``.
+        rng: draws the weights that training begins from.
+        config: the network, and how it is trained.
+
+    Raises:
+        InputError: if features are not the network's, or training diverges.
+    """
+    config = config or StudentConfig()
+    model, fixed_vr = learner.problem.model, learner.problem.fixed_vr
+    state, action, weight = plan_labels(learner)
+    problem = LikelihoodProblem.build(
+        model, state, action, weight, fixed_vr, cautious=config.training.cautious
+    )
+    network = VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng))
+    run = train(network, problem, features, config.training, rng)
+    f = pin(network.values(features), fixed_vr)
+    return Student(network, f, run.caution, model.q_values(f, run.caution))
+
+
+def plan_labels(learner: GoalLearner) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What a learner would do, wherever it is likelier than not that there is something to do.
+
+    Returns:
+        States and actions, int64 ``[n]``, and weights, float64 ``[n]``, that sum to 1 in each
+        state.
+    """
+    q, states = learner.q, learner.candidates
+    states = states[~learner.arrived[states]]
+    good = q[states] >= q[states].max(axis=1, keepdims=True) - ALIKE
+    row, action = np.nonzero(good)
+    return states[row], action, 1 / good.sum(axis=1)[row]

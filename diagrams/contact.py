@@ -7,7 +7,7 @@ the cube as the fingers open.
 """
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from pydrake.geometry import GeometryId, ProximityProperties, Role, RoleAssign, SceneGraph
@@ -25,10 +25,16 @@ from models.errors import ModelError
 from models.scenes.parsing import CUBE
 from models.task.spaces import CUBE_EDGE
 
+Solver = Literal["discrete", "cenic"]
+"""What can simulate contact: steps that are all equal, or Drake's CENIC, an integrator that
+controls its error by the length of its steps."""
 TIME_STEP = 0.002
 """Discrete step [s]."""
 RESTITUTIONS = (0.05, 0.98)
 """Coefficients of restitution that dissipation can give."""
+RESTITUTION = 0.5
+"""Coefficient of restitution of cube and table where none is drawn: wood on wood (see
+`diagrams.trials.record`)."""
 IMPACT_SPEED = math.sqrt(2.0 * 9.81 * 0.08)
 """Of a cube that fell 8 cm, from the upper layer to the table [m/s]."""
 
@@ -58,6 +64,15 @@ def set_friction(
     friction = CoulombFriction(coefficient, coefficient)
     for shape in scene_graph.model_inspector().GetAllGeometryIds():
         _set_material(plant, scene_graph, root, shape, "coulomb_friction", friction)
+
+
+def friction_of(plant: MultibodyPlant, context: Context) -> float:
+    """The cube's coefficient of friction, in a context of ``plant``."""
+    inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
+    (shape,) = plant.GetCollisionGeometriesForBody(plant.GetBodyByName(CUBE))
+    material = inspector.GetProximityProperties(shape)
+    assert material is not None
+    return float(material.GetProperty("material", "coulomb_friction").static_friction())
 
 
 def set_restitution(

@@ -3,12 +3,14 @@ import pytest
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.math import SpatialVelocity
 
+from diagrams.contact import IMPACT_SPEED
 from diagrams.falls.scene import Fall, FallScene, Hand, travel
 from models.scenes import gripper
 from models.task.spaces import TABLE_TOP
 
 X, Y = 0.55, 0.1
 MATERIAL = {"friction": 0.8, "mass": 0.1, "restitution": 0.5}
+HEIGHT = IMPACT_SPEED**2 / (2 * 9.81)
 AWAY = Hand(RigidTransform([0.0, 0.0, 2.0]), 0.0)
 
 
@@ -25,11 +27,11 @@ def let_go(scene, R_WO, height=0.08, V_WO=None, x=X):
 
 
 def test_a_level_cube_rebounds_by_its_restitution(scene):
-    fall = let_go(scene, np.eye(3))
-    before, contact = np.sqrt(2 * 9.81 * 0.08), 0.004
-    fall.advance(before / 9.81 + contact, AWAY, AWAY)
+    fall = let_go(scene, np.eye(3), height=HEIGHT)
+    contact = 0.004
+    fall.advance(IMPACT_SPEED / 9.81 + contact, AWAY, AWAY)
     after = fall.V_WO.translational()[2] + 9.81 * contact
-    assert after == pytest.approx(0.5 * before, rel=0.1)
+    assert after == pytest.approx(0.5 * IMPACT_SPEED, rel=0.1)
     np.testing.assert_allclose(fall.V_WO.rotational(), 0.0, atol=1e-3)
 
 
@@ -41,9 +43,9 @@ def test_a_cube_that_lands_on_an_edge_leaves_it_as_a_rigid_body_would(scene):
     """
     tilt, e, m, a = 0.15, 0.5, 0.1, 0.04
     inertia = m * a * a / 6
-    fall = let_go(scene, RotationMatrix.MakeYRotation(tilt).matrix())
-    fall.advance(np.sqrt(2 * 0.08 / 9.81) + 0.004, AWAY, AWAY)
-    speed = np.sqrt(2 * 9.81 * 0.08)
+    fall = let_go(scene, RotationMatrix.MakeYRotation(tilt).matrix(), height=HEIGHT)
+    fall.advance(IMPACT_SPEED / 9.81 + 0.004, AWAY, AWAY)
+    speed = IMPACT_SPEED
     # The lowest corner of the square in x, z: towards +x for a positive turn about y.
     r = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]]) @ [a / 2, -a / 2]
     across = np.array([-r[1], r[0]])  # how r moves with a turn from x to z

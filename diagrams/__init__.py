@@ -15,6 +15,7 @@ The rooms, in reading order:
 * `monitor`: what the robot did at most, compared with its limits, and how deep contacts were;
 * `camera`: still pictures of the cell;
 * `contact`: how contact is simulated wherever the gripper meets the cube;
+* `falls`: how a cube that nothing holds lands, blow by blow;
 * `faults`: failures of the simulator, told apart from ours;
 * `trials`: one action tried with noise, as often as a plan wants; the database; what many tell.
 

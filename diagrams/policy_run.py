@@ -11,8 +11,11 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from pydrake.systems.primitives import LogVectorOutput
 
 from diagrams.action_executor import ActionExecutor
+from diagrams.contact import Solver
 from diagrams.decisions import Decision
-from diagrams.faults import SimulatorFault, first_line, simulating
+from diagrams.falls.scene import FallScene
+from diagrams.falls.station import StationSimulator
+from diagrams.faults import SimulatorFault, first_line
 from diagrams.monitor import Loads, Monitor
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.scenarios import Disturbance, DisturbedStation, Draws, Scenario
@@ -124,11 +127,20 @@ class PolicyRun:
         max_actions: int = 20,
         meshcat: Meshcat | None = None,
         scenario: Scenario | None = None,
+        solver: Solver = "discrete",
     ) -> None:
-        """Assemble the diagram around what decides on each action (see `PolicyController`).
+        """Assemble the diagram.
 
-        With a scenario, things go otherwise: the station is a `DisturbedStation`.
+        Args:
+            decision: chooses the actions (see `PolicyController`).
+            planner: plans them.
+            goal_states: where episodes end well.
+            max_actions: after which an episode ends.
+            meshcat: where to publish it; None does not.
+            scenario: in which things go otherwise: the station is a `DisturbedStation`.
+            solver: what simulates a cube that falls.
         """
+        self._falls = FallScene(edge=True) if solver == "cenic" else None
         self._goals = {int(state) for state in np.atleast_1d(goal_states)}
         builder = DiagramBuilder()
         self._disturbed: DisturbedStation | None = None
@@ -208,6 +220,7 @@ class PolicyRun:
             return EventStatus.ReachedTermination(self.controller, "episode over")
 
         simulator.set_monitor(monitor)
+        simulation = StationSimulator(simulator, self.station.plant, self._falls)
         plant = self.station.plant
         plant_context = plant.GetMyContextFromRoot(root)
         postures = [plant.GetPositions(plant_context)]
@@ -216,8 +229,7 @@ class PolicyRun:
         fault = ""
         try:
             while root.get_time() < TIME_LIMIT:
-                with simulating():
-                    simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
+                simulation.advance_to(root.get_time() + LOOK_PERIOD)
                 episode = self.controller.episode(controller_context)
                 # An action takes longer than a look, if only for the rest at its end.
                 if self.executor.execution(executor_context).sequence > len(plans):
@@ -231,7 +243,8 @@ class PolicyRun:
             episode = self.controller.episode(controller_context)
             if episode.verdict == Verdict.RUNNING:
                 episode = replace(episode, verdict=Verdict.OUT_OF_TIME)
-            lies_in = self._watch_lying(simulator, plant_context)
+            simulator.clear_monitor()
+            lies_in = self._watch_lying(simulation, plant_context)
         except SimulatorFault as error:
             fault, lies_in = error.text, LOST
             episode = self.controller.episode(controller_context)
@@ -263,11 +276,9 @@ class PolicyRun:
             self.executor.GetMyMutableContextFromRoot(root), q, gripper.MAX_OPENING
         )
 
-    def _watch_lying(self, simulator: Simulator, plant_context: Context) -> int:
+    def _watch_lying(self, simulation: StationSimulator, plant_context: Context) -> int:
         """What `lying_state` calls the cube, by what the simulator knows of it in its time."""
-        simulator.clear_monitor()
         cube = self.station.plant.GetBodyByName(CUBE)
         before = cube.EvalPoseInWorld(plant_context)
-        with simulating():
-            simulator.AdvanceTo(simulator.get_context().get_time() + REST_SPAN)
+        simulation.advance_to(simulation.time + REST_SPAN)
         return lying_state(cube.EvalPoseInWorld(plant_context), before)

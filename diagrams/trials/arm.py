@@ -15,7 +15,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from diagrams.action_executor import ActionExecutor, Execution
-from diagrams.contact import set_cube_mass, set_friction
+from diagrams.contact import RESTITUTION, set_cube_mass, set_friction
+from diagrams.falls.scene import FallScene
+from diagrams.falls.station import StationSimulator
 from diagrams.faults import simulating
 from diagrams.policy_controller import SETTLE
 from diagrams.station import Station
@@ -53,16 +55,21 @@ class ArmRig:
        request ──► ActionExecutor ──commands──► Station ──task.state, object.pose──► executor
     """
 
-    def __init__(self, planner: ActionPlanner, time_step: float) -> None:
+    def __init__(self, planner: ActionPlanner, config: TrialConfig) -> None:
         """Assemble the diagram.
 
         Args:
             planner: plans the actions.
-            time_step: of the discrete solver [s].
+            config: of the trials it is for: its time step, and whether cubes fall by CENIC.
         """
         builder = DiagramBuilder()
         self.planner = planner
-        self.station = builder.AddNamedSystem("station", Station(time_step=time_step))
+        self.falls = (
+            FallScene(edge=True, accuracy=config.landing_accuracy)
+            if config.solver == "cenic"
+            else None
+        )
+        self.station = builder.AddNamedSystem("station", Station(time_step=config.time_step))
         self.executor = builder.AddNamedSystem("action_executor", ActionExecutor(planner))
         for name in ("task.state", "object.pose"):
             builder.Connect(self.station.GetOutputPort(name), self.executor.GetInputPort(name))
@@ -82,7 +89,7 @@ def run_arm_trial(
     Of the noise, the gripper's tilt is left out: the arm's own errors take its place.
 
     Args:
-        rig: built with the configuration's time step.
+        rig: built for the configuration.
         config: noise, and how long to hold before the action.
         pair: what is tried; feasible by the rig's map.
         seed: of the noise.
@@ -118,7 +125,9 @@ def _course(rig: ArmRig, config: TrialConfig, pair: Pair, noise: Noise) -> Trial
     request.FixValue(root, [0, -1])
     with simulating():
         simulator.Initialize()
-        simulator.AdvanceTo(2 * config.settle_s)
+    restitution = RESTITUTION if noise.restitution is None else noise.restitution
+    simulation = StationSimulator(simulator, plant, rig.falls, restitution)
+    simulation.advance_to(2 * config.settle_s)
     outputs = station.GetMyContextFromRoot(root)
 
     def measured(port: str) -> float:
@@ -132,13 +141,11 @@ def _course(rig: ArmRig, config: TrialConfig, pair: Pair, noise: Noise) -> Trial
     while not (execution.sequence and execution.finished):
         if root.get_time() > TIME_LIMIT:
             return _fault("the action did not end")
-        with simulating():
-            simulator.AdvanceTo(root.get_time() + LOOK_PERIOD)
+        simulation.advance_to(root.get_time() + LOOK_PERIOD)
         execution = rig.executor.execution(executor)
         if execution.failure:
             return _fault(f"no plan: {execution.reason}")
-    with simulating():
-        simulator.AdvanceTo(root.get_time() + SETTLE)
+    simulation.advance_to(root.get_time() + SETTLE)
 
     after = int(measured("task.state"))
     verdict = judge_pose(

@@ -3,16 +3,15 @@
 import math
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
-from diagrams.contact import RESTITUTIONS, TIME_STEP
+from diagrams.contact import RESTITUTIONS, TIME_STEP, Solver
+from diagrams.falls.scene import ACCURACY
 from diagrams.faults import first_line
 from diagrams.gripper_controller import FINGER_INERTIA
 from models.errors import ModelError
 from models.task.pairs import pair_key, split_key
 from models.task.trial_classes import TrialClasses
-
-Solver = Literal["discrete", "cenic"]
 
 _SECONDS = {"time_step": 0.1, "close_s": 60.0, "settle_s": 60.0, "release_s": 60.0}
 _ACCURACY = (1e-9, 0.1)
@@ -40,16 +39,17 @@ class TrialConfig:
     """
 
     solver: Solver = "discrete"
-    """What simulates the floating gripper: the discrete solver, whose steps are all equal, as for
-    the whole arm, or Drake's CENIC, an integrator that controls its error by the length of its
-    steps. With it alone a cube that is let go lands blow by blow."""
+    """What simulates the floating gripper, and cubes that fall in either scene: Drake's CENIC, an
+    integrator that controls its error by the length of its steps, or the discrete solver, whose
+    steps are all equal. With CENIC alone a cube that is let go lands blow by blow. Whatever the
+    whole arm does besides is simulated by the discrete solver."""
     time_step: float = TIME_STEP
     """The time step of the discrete solver, and of the whole arm [s]."""
     accuracy: float = 1e-3
     """The accuracy of CENIC while the hand closes, holds and carries."""
     turning_accuracy: float = 1e-4
     """The accuracy of CENIC in trials that turn the hand."""
-    landing_accuracy: float = 1e-6
+    landing_accuracy: float = ACCURACY
     """The accuracy of CENIC while a cube falls, lands and comes to rest."""
     finger_inertia: float = FINGER_INERTIA
     """The inertia of each moving part of the fingers about its joint, beside its own, for CENIC

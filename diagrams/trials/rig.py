@@ -16,9 +16,10 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from diagrams.contact import set_cube_mass, set_friction, use_grasp_contact
+from diagrams.falls.scene import FallScene, Hand
 from diagrams.faults import simulating
 from diagrams.gripper_controller import KNUCKLE_SPEED, add_finger_inertia, prepare_gripper
-from diagrams.trials.landing import LandingScene, Release
+from diagrams.trials.landing import Release, come_to_rest
 from diagrams.trials.record import TrialConfig
 from diagrams.trials.references import SteppedReferences, TimedReferences
 from models.scenes import gripper
@@ -60,7 +61,11 @@ class TrialRig:
             config: of the trials it is for, for its solver.
         """
         self.config = config
-        self.landing = LandingScene(config.landing_accuracy) if config.solver == "cenic" else None
+        self.landing = (
+            FallScene(edge=False, accuracy=config.landing_accuracy)
+            if config.solver == "cenic"
+            else None
+        )
         builder = DiagramBuilder()
         plant, self.scene_graph = AddMultibodyPlantSceneGraph(
             builder, 0.0 if self.landing else config.time_step
@@ -232,7 +237,7 @@ class TrialScene:
 
         Args:
             opens: whether the fingers are opening.
-            rise: as `LandingScene.come_to_rest` takes it.
+            rise: as `come_to_rest` takes it.
             limit: the same.
 
         Raises:
@@ -240,16 +245,12 @@ class TrialScene:
         """
         rig, context = self._rig, self._context
         assert rig.landing is not None
-        release = Release(
-            rig.palm.EvalPoseInWorld(context),
-            rig.knuckle.get_angle(context),
-            opens,
-            self.X_WO,
-            rig.cube.EvalSpatialVelocityInWorld(context),
-        )
-        X_WO, V_WO = rig.landing.come_to_rest(release, rise, limit, **self._material)
-        rig.plant.SetFreeBodyPose(context, rig.cube, X_WO)
-        rig.plant.SetFreeBodySpatialVelocity(context=context, body=rig.cube, V_JpJc=V_WO)
+        hand = Hand(rig.palm.EvalPoseInWorld(context), rig.knuckle.get_angle(context))
+        V_WO = rig.cube.EvalSpatialVelocityInWorld(context)
+        release = Release(hand, opens, self.X_WO, V_WO)
+        fall = come_to_rest(rig.landing, release, rise, limit, **self._material)
+        rig.plant.SetFreeBodyPose(context, rig.cube, fall.X_WO)
+        rig.plant.SetFreeBodySpatialVelocity(context=context, body=rig.cube, V_JpJc=fall.V_WO)
 
     @property
     def time(self) -> float:

@@ -11,6 +11,7 @@ from matplotlib.image import imsave
 from tqdm import tqdm
 
 from diagrams.camera import StillCamera
+from diagrams.contact import Solver
 from diagrams.decisions import Decision
 from diagrams.monitor import Loads
 from diagrams.policy_controller import Episode
@@ -38,6 +39,7 @@ class Plan:
         disturbance: further standard deviation of the cube's place at the start [m].
         max_actions: after which an episode ends.
         recorded: whether to leave a recording and pictures.
+        solver: what simulates a cube that falls.
     """
 
     starts: np.ndarray
@@ -45,6 +47,7 @@ class Plan:
     disturbance: float = 0.0
     max_actions: int = 20
     recorded: bool = True
+    solver: Solver = "discrete"
 
     def rng(self, number: int) -> np.random.Generator:
         """The generator of the episode from the start of that number, counted from 0."""
@@ -96,7 +99,13 @@ def play_episodes(
         plan: which episodes.
         output: folder of the pictures.
     """
-    run = PolicyRun(decision, planner, goal_states=goal_states, max_actions=plan.max_actions)
+    run = PolicyRun(
+        decision,
+        planner,
+        goal_states=goal_states,
+        max_actions=plan.max_actions,
+        solver=plan.solver,
+    )
     played: list[Played] = []
     for number, start in enumerate(plan.starts):
         with tqdm(

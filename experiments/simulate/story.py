@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
+from diagrams.contact import Solver
 from diagrams.decisions import Decision, Forecast, Table, held_goal
 from diagrams.policy_controller import Verdict
 from diagrams.policy_run import Played
@@ -54,6 +55,9 @@ class Config(Settings):
     Without physics nothing is recorded."""
     recording: bool = True
     """Whether to leave a recording and pictures."""
+    solver: Solver = "discrete"
+    """What simulates a cube that falls: the discrete solver, as all else, or Drake's CENIC, blow by
+    blow."""
     disturbance: Annotated[float, Limits(0, 0.5)] = 0.0
     """By how much more the cube's place at the start is disturbed: a standard deviation [m]."""
     max_actions: Annotated[int, Limits(1, 10_000)] = 20
@@ -119,7 +123,14 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     policy = load_policy(config.policy, task.task_hash, task.model.mask)
     decision = decide(config, policy, task.goal_states)
     starts = draw_starts(task, config.starts, config.seed)
-    plan = Plan(starts, config.seed, config.disturbance, config.max_actions, config.recording)
+    plan = Plan(
+        starts,
+        config.seed,
+        config.disturbance,
+        config.max_actions,
+        config.recording,
+        config.solver,
+    )
     said = {
         "decision": config.decision,
         "goals": config.goals if config.decision == "forecast" else None,

@@ -22,7 +22,7 @@ def work(campaign: Campaign, pair: Pair, repetition: int) -> TrialRecord:
     """
     sequence = np.random.SeedSequence(campaign.seed, spawn_key=spawn_key(pair, repetition))
     if campaign.rig == ARM:
-        return run_arm_trial(_arm_rig(campaign.trial.time_step), campaign.trial, pair, sequence)
+        return run_arm_trial(_arm_rig(campaign.trial), campaign.trial, pair, sequence)
     return run_trial(_floating_rig(campaign.trial), campaign.trial, pair, sequence)
 
 
@@ -43,5 +43,5 @@ def _floating_rig(trial: TrialConfig) -> TrialRig:
 
 
 @cache
-def _arm_rig(time_step: float) -> ArmRig:
-    return ArmRig(load_planner(), time_step)
+def _arm_rig(trial: TrialConfig) -> ArmRig:
+    return ArmRig(load_planner(), trial)

@@ -9,13 +9,16 @@ from pathlib import Path
 import pytest
 
 import diagrams
+import diagrams.falls
 import diagrams.trials
 from diagrams.station import Station
 
 FOLDER = Path(diagrams.__file__).parent
 
 
-@pytest.mark.parametrize("package", [diagrams, diagrams.trials], ids=lambda p: p.__name__)
+@pytest.mark.parametrize(
+    "package", [diagrams, diagrams.falls, diagrams.trials], ids=lambda p: p.__name__
+)
 def test_the_map_names_every_room_once(package):
     folder = Path(package.__file__).parent
     rooms = {path.stem for path in folder.iterdir() if path.suffix == ".py" or path.is_dir()}

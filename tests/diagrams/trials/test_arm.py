@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import pytest
 
-from diagrams.contact import TIME_STEP
 from diagrams.trials.arm import ArmRig, run_arm_trial
 from diagrams.trials.record import Outcome, Pair, TrialConfig
 from experiments.kit.shipped_data import load_planner
@@ -11,7 +10,7 @@ from models.task.spaces import Action, Kind, State
 
 @pytest.fixture(scope="module")
 def rig():
-    return ArmRig(load_planner(), TIME_STEP)
+    return ArmRig(load_planner(), TrialConfig())
 
 
 def test_the_whole_arm_does_what_the_state_names(rig):
@@ -28,6 +27,17 @@ def test_the_whole_arm_does_what_the_state_names(rig):
     # The same bits, whatever ran before.
     again = run_arm_trial(rig, TrialConfig(), move, 5)
     assert replace(again, cpu_s=0.0) == replace(first, cpu_s=0.0)
+
+
+def test_a_cube_that_is_let_go_falls_by_the_solver_of_the_trial(rig):
+    drop = Pair(State(17, 0, 10).index, Action(Kind.DROP).index)
+    coarse = run_arm_trial(rig, TrialConfig(), drop, 3)
+    cenic = TrialConfig(solver="cenic", restitution=(0.6, 0.6))
+    fine = run_arm_trial(ArmRig(load_planner(), cenic), cenic, drop, 3)
+    assert coarse.outcome == fine.outcome == Outcome.FREE
+    assert abs(fine.lift_height) < 1e-3
+    # It rebounds, and rolls on.
+    assert coarse.drift < 0.005 < fine.drift
 
 
 def test_a_motion_that_cannot_be_planned_is_a_fault_and_says_why(rig):

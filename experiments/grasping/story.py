@@ -11,6 +11,7 @@ import tyro
 from experiments.grasping.hidden.enough import Enough, run_enough
 from experiments.grasping.hidden.rewards import Rewards, run_rewards
 from experiments.grasping.tables.advice import AdviceGains, run_advice
+from experiments.grasping.tables.clusters import Clusters, run_clusters
 from experiments.grasping.tables.ladder import Ladder, run_ladder
 from experiments.grasping.tables.larger import Larger, run_larger
 from experiments.grasping.tables.model_free import ModelFree, run_model_free
@@ -24,6 +25,7 @@ RUN = {
     Ladder: run_ladder,
     Questions: run_questions,
     AdviceGains: run_advice,
+    Clusters: run_clusters,
     Network: run_network,
     ModelFree: run_model_free,
     Larger: run_larger,
@@ -35,6 +37,7 @@ Config = (
     | Annotated[Ladder, tyro.conf.subcommand("ladder")]
     | Annotated[Questions, tyro.conf.subcommand("questions")]
     | Annotated[AdviceGains, tyro.conf.subcommand("advice")]
+    | Annotated[Clusters, tyro.conf.subcommand("clusters")]
     | Annotated[Network, tyro.conf.subcommand("network")]
     | Annotated[ModelFree, tyro.conf.subcommand("model_free")]
     | Annotated[Larger, tyro.conf.subcommand("larger")]

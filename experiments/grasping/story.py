@@ -4,6 +4,7 @@
 more.
 """
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import tyro
@@ -20,7 +21,7 @@ from experiments.grasping.tables.questions import Questions, run_questions
 from experiments.grasping.tables.table import Table, run_table
 from experiments.kit.command import Output
 
-RUN = {
+RUN: dict[type, Callable[[Any, Output], dict[str, Any]]] = {
     Table: run_table,
     Ladder: run_ladder,
     Questions: run_questions,

@@ -55,7 +55,7 @@ def run_clusters(config: Clusters, output: Output) -> dict[str, Any]:
         cluster=config.cluster,
     )
     rows = [row for outcome in outcomes for row in outcome]
-    table = []
+    table: list[dict[str, Any]] = []
     for drawn, answers in dict.fromkeys((row["drawn"], row["answers"]) for row in rows):
         same = [r for r in rows if (r["drawn"], r["answers"]) == (drawn, answers)]
         measures = ("clusters", "excluded", "gain", "lost")

@@ -89,7 +89,7 @@ def taught(folder: str, job: tuple[str, int]) -> dict[str, Any]:
 def tabulated(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """One row a cell of the table, each measure a list of one value a seed."""
     cells = dict.fromkeys((r["method"], r["demonstration_set"], r["advice"]) for r in rows)
-    table = []
+    table: list[dict[str, Any]] = []
     for method, chosen, advice in cells:
         same = [
             row

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from functools import reduce
 
 import numpy as np
+from scipy.cluster.vq import kmeans2
 
 from irl.choices import check_choice, check_range
 from irl.integers import integers
@@ -77,3 +78,26 @@ def with_intersections(
                 result[AND.join(names[part] for part in joined)] = np.flatnonzero(both)
         newest = found
     return result
+
+
+def found(rows: np.ndarray, number: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Clusters that nobody drew: the parts that k-means makes of rows of numbers (thesis 7.2).
+
+    Args:
+        rows: what states are alike in, ``[n_states, d]``, such as features or action values; what
+            is not finite counts as 0. Columns are brought to unit variance.
+        number: how many clusters, at most; none is empty.
+        rng: draws where they begin.
+
+    Returns:
+        Name → state indices, int64, ascending; every state is in one.
+
+    Raises:
+        InputError: if ``number`` is below 1 or above the number of states.
+    """
+    x = np.where(np.isfinite(rows), rows, 0.0).astype(np.float64)
+    check_range("number", number, 1, len(x))
+    spread = x.std(axis=0)
+    x /= np.where(spread > 0, spread, 1.0)
+    _, part = kmeans2(x, number, minit="++", rng=rng, missing="warn")
+    return {f"found {k}": np.flatnonzero(part == k) for k in np.unique(part)}

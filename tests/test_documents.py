@@ -85,7 +85,7 @@ def test_the_table_of_commands_is_complete():
     named = {name for cell in firsts for name in re.findall(r"`(\w+)", cell)}
     assert commands() - {"tutorial", "docs"} <= named
     subcommands = {"status", "export", "rules", "releases", "enough", "make"}
-    subcommands |= {"ladder", "questions", "advice", "network", "model_free", "larger"}
+    subcommands |= {"ladder", "questions", "advice", "clusters", "network", "model_free", "larger"}
     assert named - subcommands <= commands()
 
 

@@ -4,6 +4,7 @@
 more.
 """
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import tyro
@@ -11,6 +12,7 @@ import tyro
 from experiments.grasping.hidden.enough import Enough, run_enough
 from experiments.grasping.hidden.rewards import Rewards, run_rewards
 from experiments.grasping.tables.advice import AdviceGains, run_advice
+from experiments.grasping.tables.clusters import Clusters, run_clusters
 from experiments.grasping.tables.ladder import Ladder, run_ladder
 from experiments.grasping.tables.larger import Larger, run_larger
 from experiments.grasping.tables.model_free import ModelFree, run_model_free
@@ -19,11 +21,12 @@ from experiments.grasping.tables.questions import Questions, run_questions
 from experiments.grasping.tables.table import Table, run_table
 from experiments.kit.command import Output
 
-RUN = {
+RUN: dict[type, Callable[[Any, Output], dict[str, Any]]] = {
     Table: run_table,
     Ladder: run_ladder,
     Questions: run_questions,
     AdviceGains: run_advice,
+    Clusters: run_clusters,
     Network: run_network,
     ModelFree: run_model_free,
     Larger: run_larger,
@@ -35,6 +38,7 @@ Config = (
     | Annotated[Ladder, tyro.conf.subcommand("ladder")]
     | Annotated[Questions, tyro.conf.subcommand("questions")]
     | Annotated[AdviceGains, tyro.conf.subcommand("advice")]
+    | Annotated[Clusters, tyro.conf.subcommand("clusters")]
     | Annotated[Network, tyro.conf.subcommand("network")]
     | Annotated[ModelFree, tyro.conf.subcommand("model_free")]
     | Annotated[Larger, tyro.conf.subcommand("larger")]

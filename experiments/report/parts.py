@@ -148,6 +148,13 @@ PARTS: Sequence[Part] = (
         tables.questions,
     ),
     Part(
+        "grasping/clusters",
+        "Clusters that nobody drew (thesis 7.2, 7.3)",
+        ("grasping", "clusters"),
+        6,
+        tables.clusters,
+    ),
+    Part(
         "grasping/network",
         "The network's size (thesis 7.3)",
         ("grasping", "network"),

@@ -158,6 +158,26 @@ def questions(result: Result) -> list[str]:
     ]
 
 
+def clusters(result: Result) -> list[str]:
+    """Who drew the clusters that were asked about."""
+    rows = [
+        (
+            row["drawn"],
+            str(row["answers"]),
+            share_of(row["excluded"]),
+            points(row["gain"]),
+            points(row["lost"]),
+        )
+        for row in result["rows"]
+    ]
+    head = ["clusters", "answers", "pairs excluded, %", "gain of accuracy", "success lost"]
+    return [
+        f"From {result['labels']} demonstrated states; {len(result['seeds'])} seeds, points.",
+        "",
+        *tabled(head, rows),
+    ]
+
+
 def network(result: Result) -> list[str]:
     """Sizes of the network."""
     rows = [

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from irl.clusters import intersection, with_intersections
+from irl.clusters import found, intersection, with_intersections
 from irl.demonstrators import OracleDemonstrator, OracleExpert
 from irl.domains.gridworld import DOWN, LEFT, RIGHT, UP, GridWorld
 from irl.errors import InputError
@@ -71,3 +71,22 @@ def test_the_oracle_knows_more_of_an_intersection_than_of_its_parts():
     assert both.preferred == {RIGHT, UP}
     assert both.avoided == {LEFT, DOWN}
     assert expert.advise("left", clusters["left"]).preferred == {RIGHT}
+
+
+def test_clusters_are_found_where_rows_lie_together():
+    rng = np.random.default_rng(0)
+    middle = np.array([[0.0, 0.0, 0.0], [50.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    rows = np.repeat(middle, 20, axis=0) + 0.01 * rng.standard_normal((60, 3)) * [1, 0.02, 0]
+    rows[:, 2] = -np.inf
+    clusters = found(rows, 3, rng)
+    assert sorted(states.tolist() for states in clusters.values()) == [
+        list(range(20 * k, 20 * k + 20)) for k in range(3)
+    ]
+    again = found(rows, 3, np.random.default_rng(5))
+    same = found(rows, 3, np.random.default_rng(5))
+    assert all(np.array_equal(again[name], same[name]) for name in again)
+
+
+def test_as_many_clusters_as_states_at_most():
+    with pytest.raises(InputError, match="number"):
+        found(np.zeros((3, 2)), 4, np.random.default_rng(0))

@@ -60,7 +60,7 @@ def run_larger(config: Larger, output: Output) -> dict[str, Any]:
         workers=config.workers,
         cluster=config.cluster,
     )
-    table = []
+    table: list[dict[str, Any]] = []
     for positions in config.positions:
         same = [row for row in rows if row["positions"] == positions]
         case = {name: same[0][name] for name in ("positions", "states", "labels")}
@@ -114,8 +114,12 @@ def with_switch(task: TaskData, positions: int) -> tuple[LearningProblem, Oracle
         (entries.col + shift, free + pressed),
         (entries.data + 0.0 * shift, np.ones(N_FREE) + 0.0 * shift),
     ]
-    columns = [np.concatenate([each.ravel() for each in part]) for part in parts]
-    whole = TransitionModel.from_entries(n * positions, model.n_actions + 1, *columns)
+    state, action, after, probability = (
+        np.concatenate([each.ravel() for each in part]) for part in parts
+    )
+    whole = TransitionModel.from_entries(
+        n * positions, model.n_actions + 1, state, action, after, probability
+    )
     place = np.repeat(np.eye(positions, dtype=np.float32), n, axis=0)
     features = np.tile(network_features(task, OURS.learning.features), (positions, 1))
     starts = (task.start_states + shift).ravel()

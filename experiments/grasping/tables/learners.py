@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -29,16 +30,16 @@ class Learner:
     learning: LearningConfig = field(default_factory=LearningConfig)
     everything: bool = False
 
-    def with_active(self, **changes: object) -> "Learner":
+    def with_active(self, **changes: Any) -> "Learner":
         """The same with other choices of `ActiveConfig`."""
         active = replace(self.learning.active, **changes)
         return replace(self, learning=replace(self.learning, active=active))
 
-    def with_training(self, **changes: object) -> "Learner":
+    def with_training(self, **changes: Any) -> "Learner":
         """The same with other choices of the first training."""
         return self.with_active(initial=replace(self.learning.active.initial, **changes))
 
-    def with_learning(self, **changes: object) -> "Learner":
+    def with_learning(self, **changes: Any) -> "Learner":
         """The same with other features, demonstrations or rules."""
         return replace(self, learning=replace(self.learning, **changes))
 

@@ -99,19 +99,21 @@ class Lesson:
 
     def row(self, learnt: Result, advice: str = "none") -> dict[str, Any]:
         """The measures of ``MEASURED`` with advice of one kind, and the number of answers."""
+        return {"advice": advice, **self.judged(learnt, self.advised(learnt, advice))}
+
+    def judged(self, learnt: Result, q: np.ndarray) -> dict[str, Any]:
+        """The same of action values ``[n_states, n_actions]``."""
+        rng = np.random.default_rng([self.seed, 2])
         task, oracle = self.teacher.task, self.teacher.oracle
-        action = self._policy(self.advised(learnt, advice))
-        told = assess(
-            task, oracle, action, learnt.demonstrations, np.random.default_rng([self.seed, 2])
-        )
+        told = assess(task, oracle, self._policy(q), learnt.demonstrations, rng)
         shown = {name: getattr(told, name) for name in MEASURED}
         plain = {n: v.value if isinstance(v, Share) else v for n, v in shown.items()}
         labels = learnt.demonstrations.n_states_demonstrated
-        return {"advice": advice, **plain, "labels": labels, "answers": len(learnt.history)}
+        return {**plain, "labels": labels, "answers": len(learnt.history)}
 
     def advised(self, learnt: Result, advice: str) -> np.ndarray:
         """Action values with advice about all clusters, about states, both, or none."""
-        task, active, model = self.teacher.task, self.learner.learning.active, self.problem.model
+        task, model = self.teacher.task, self.problem.model
         told, f = Advice.none(model.n_states, model.n_actions), learnt.f
         if advice in ("action", "both"):
             expert = self.teacher.answers().expert
@@ -121,8 +123,14 @@ class Lesson:
                 told = told.add(states, answer.preferred, answer.avoided)
         if advice in ("state", "both"):
             f = StatePreferences(task.preferred, task.avoided).apply(f)
+        return self.values(learnt, f, told)
+
+    def values(self, learnt: Result, f: np.ndarray, told: Advice) -> np.ndarray:
+        """Action values of VR values ``[n_states]`` under advice about actions."""
+        active = self.learner.learning.active
         update = PolicyUpdate(
-            *(model, self.problem.gamma, active.policy_update, active.avoid, active.prefer)
+            *(self.problem.model, self.problem.gamma),
+            *(active.policy_update, active.avoid, active.prefer),
         )
         return update.q(f, learnt.caution, told, learnt.ends)
 

@@ -57,7 +57,7 @@ def run_model_free(config: ModelFree, output: Output) -> dict[str, Any]:
         workers=config.workers,
         cluster=config.cluster,
     )
-    table = []
+    table: list[dict[str, Any]] = []
     for moves, runs in product(config.transitions, config.trajectories):
         same = [r for r in rows if (r["transitions"], r["trajectories"]) == (moves, runs)]
         case = {"transitions": moves, "trajectories": runs}
@@ -147,4 +147,6 @@ def counted(model: TransitionModel, moves: np.ndarray) -> TransitionModel:
     pair = seen[:, 0] * model.n_actions + seen[:, 1]
     _, group = np.unique(pair, return_inverse=True)
     probability = count / np.bincount(group, count)[group]
-    return TransitionModel.from_entries(model.n_states, model.n_actions, *seen.T, probability)
+    return TransitionModel.from_entries(
+        model.n_states, model.n_actions, seen[:, 0], seen[:, 1], seen[:, 2], probability
+    )

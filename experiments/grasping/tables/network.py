@@ -5,7 +5,7 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 from time import process_time
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from experiments.grasping.tables.learners import OURS
 from experiments.grasping.tables.lesson import MEASURED, Lesson, per_seed, shared_teacher
@@ -16,7 +16,7 @@ from experiments.kit.kept_rows import KeptRows
 from irl.choices import Limits
 from models.task.spaces import N_STATES
 
-SIZES = ((16,), (64,), (32, 16), (64, 32), (150, 50), (64, 64, 32))
+SIZES: tuple[tuple[int, ...], ...] = ((16,), (64,), (32, 16), (64, 32), (150, 50), (64, 64, 32))
 FEATURES = ("thesis", "rotation", "factored")
 
 
@@ -32,15 +32,15 @@ class Network(Measurement):
     """The folder that the results are written to."""
 
 
-Case = tuple[Literal["thesis", "rotation", "factored"], tuple[int, ...]]
+Case = tuple[str, tuple[int, ...]]
+"""Features, and hidden widths."""
 
 
 def cases() -> list[Case]:
     """All sizes with the demo's features, and the demo's size with all features."""
     own = OURS.learning
-    return [(own.features, size) for size in SIZES] + [
-        (name, own.active.hidden) for name in FEATURES if name != own.features
-    ]
+    sizes: list[Case] = [(own.features, size) for size in SIZES]
+    return sizes + [(name, own.active.hidden) for name in FEATURES if name != own.features]
 
 
 def run_network(config: Network, output: Output) -> dict[str, Any]:
@@ -57,10 +57,10 @@ def run_network(config: Network, output: Output) -> dict[str, Any]:
         workers=config.workers,
         cluster=config.cluster,
     )
-    table = []
+    table: list[dict[str, Any]] = []
     for features, hidden in cases():
         same = [r for r in rows if (r["features"], tuple(r["hidden"])) == (features, hidden)]
-        case = {"features": features, "hidden": list(hidden)}
+        case: dict[str, Any] = {"features": features, "hidden": list(hidden)}
         table.append(case | per_seed(same, (*MEASURED, "seconds")))
     for row in table:
         name = f"{row['features']:10}{'–'.join(map(str, row['hidden'])):10}"

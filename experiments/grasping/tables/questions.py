@@ -67,7 +67,7 @@ def run_questions(config: Questions, output: Output) -> dict[str, Any]:
         workers=config.workers,
         cluster=config.cluster,
     )
-    result = {
+    result: dict[str, Any] = {
         "rows": [
             compared(rows, learner, strategy)
             for learner in config.learners

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.grasping.tables import larger, model_free, network
+from experiments.grasping.tables import clusters, larger, model_free, network
 from experiments.grasping.tables.learners import OURS
 from experiments.grasping.tables.lesson import shared_teacher
 from experiments.kit.shipped_data import SHIPPED_TASK
@@ -83,3 +83,16 @@ def test_with_a_switch_the_goal_counts_in_one_position_alone(monkeypatch):
     row = larger.learnt_with_switch(FOLDER, (2, 0))
     assert (row["states"], row["labels"]) == (31968, 31)
     assert 0 <= row["success_mdp"] <= 1
+
+
+def test_answers_about_clusters_that_were_found_exclude_and_never_mislead(monkeypatch):
+    monkeypatch.setattr(clusters, "OURS", short(OURS).with_active(policy_update="greedy"))
+    rows = clusters.answered(FOLDER, 20, (2, 20), (10,), (0,))
+    told = {(row["drawn"], row["answers"]): row for row in rows}
+    assert len(told) == len(rows) == 4 * 2
+    assert told["the twenty of Table 5.4", 2]["clusters"] == 20
+    for (drawn, number), row in told.items():
+        assert 0 <= row["excluded"] < 1
+        # What is excluded is never right.
+        assert row["gain"] >= 0
+        assert number == 2 or row["excluded"] >= told[drawn, 2]["excluded"]

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import tyro
 
 from experiments.grasping.hidden.enough import Enough, run_enough
+from experiments.grasping.hidden.planning import Planning, run_planning
 from experiments.grasping.hidden.rewards import Rewards, run_rewards
 from experiments.grasping.tables.advice import AdviceGains, run_advice
 from experiments.grasping.tables.ladder import Ladder, run_ladder
@@ -29,6 +30,7 @@ RUN = {
     Larger: run_larger,
     Rewards: run_rewards,
     Enough: run_enough,
+    Planning: run_planning,
 }
 Config = (
     Annotated[Table, tyro.conf.subcommand("table")]
@@ -40,6 +42,7 @@ Config = (
     | Annotated[Larger, tyro.conf.subcommand("larger")]
     | Annotated[Rewards, tyro.conf.subcommand("rewards")]
     | Annotated[Enough, tyro.conf.subcommand("enough")]
+    | Annotated[Planning, tyro.conf.subcommand("planning")]
 )
 
 

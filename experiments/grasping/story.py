@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import tyro
 
 from experiments.grasping.hidden.enough import Enough, run_enough
+from experiments.grasping.hidden.planning import Planning, run_planning
 from experiments.grasping.hidden.rewards import Rewards, run_rewards
 from experiments.grasping.tables.advice import AdviceGains, run_advice
 from experiments.grasping.tables.clusters import Clusters, run_clusters
@@ -32,6 +33,7 @@ RUN: dict[type, Callable[[Any, Output], dict[str, Any]]] = {
     Larger: run_larger,
     Rewards: run_rewards,
     Enough: run_enough,
+    Planning: run_planning,
 }
 Config = (
     Annotated[Table, tyro.conf.subcommand("table")]
@@ -44,6 +46,7 @@ Config = (
     | Annotated[Larger, tyro.conf.subcommand("larger")]
     | Annotated[Rewards, tyro.conf.subcommand("rewards")]
     | Annotated[Enough, tyro.conf.subcommand("enough")]
+    | Annotated[Planning, tyro.conf.subcommand("planning")]
 )
 
 

@@ -140,6 +140,12 @@ def is_nameless(number: int) -> bool:
     return number % OFTEN in (7, 19)
 
 
+def told_by(number: int) -> tuple[str, ...]:
+    """The factors that a reward's goal is told by; none if it is a single state."""
+    place = number % OFTEN
+    return KINDS_OF_REGION[place][1] if place < len(KINDS_OF_REGION) else ()
+
+
 def _reward(task: TaskData, named: dict[str, np.ndarray], number: int, seed: int) -> HiddenReward:
     rng = np.random.default_rng([seed, number])
     place = number % OFTEN

@@ -2,7 +2,8 @@
 
 Each lesson is about another hidden reward (`experiments.grasping.hidden.drawn`). The learner is
 right if its policy reaches the goal from the free states with 0.99 and its choices are as good as
-the demonstrator's in 0.90 of the states.
+the demonstrator's in 0.90 of the states. Simpler rules watch every lesson, and say when they would
+have ended it (`experiments.grasping.hidden.simple_rules`).
 """
 
 import os
@@ -15,17 +16,18 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from experiments.grasping.hidden.costs import LEFT_OUT
-from experiments.grasping.hidden.drawn import is_nameless, with_noise
+from experiments.grasping.hidden.drawn import is_nameless, told_by, with_noise
 from experiments.grasping.hidden.lessons import Setting, asked, shared_setting, shown_runs
+from experiments.grasping.hidden.simple_rules import RULES, Watched
 from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS, run_jobs, start_workers
 from experiments.kit.kept_rows import KeptRows
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
-from irl.posterior.enough import LEARNT, REACHES, EnoughRule, claim
+from irl.posterior.enough import LEARNT, REACHES, SUCCESS, UNSURE, claim, reaches
+from irl.posterior.learner import GoalLearner
 
-NAMES = ("named", "nameless")
 RIGHT_SUCCESS, RIGHT_ACCURACY = 0.99, 0.90
 
 
@@ -40,8 +42,9 @@ class Enough(Settings):
     questions: Annotated[int, Limits(1, 1000)] = 36
     """How many questions may be asked at most, the audit's included: the fixed budget that is
     compared with."""
-    about: Literal["all", "named", "nameless"] = "all"
-    """Of which rewards: two of twenty have a cost without a name."""
+    about: Literal["all", "named", "nameless", "outside"] = "all"
+    """Of which rewards: two of twenty have a cost without a name; outside, a goal without one: a
+    region, and the learner does not know the first of the factors that it is told by."""
     noise: Annotated[float, Limits(0, 1)] = 0.0
     """The share of wrong labels."""
     workers: Annotated[int, Limits(1, MOST_WORKERS)] = 2
@@ -54,22 +57,50 @@ class Enough(Settings):
     """The folder that the results are written to."""
 
 
-def one_lesson(folder: str, seed: int, questions: int, noise: float, number: int) -> dict[str, Any]:
+def is_about(number: int, about: str) -> bool:
+    """Whether a reward is one of those that lessons are to be about."""
+    if about == "outside":
+        return bool(told_by(number)) and not is_nameless(number)
+    return about == "all" or (about == "nameless") == is_nameless(number)
+
+
+def one_lesson(
+    folder: str, seed: int, questions: int, noise: float, about: str, number: int
+) -> dict[str, Any]:
     """Ask until it is enough; what the learner said then, and what was true."""
     began = time.process_time()
-    setting = shared_setting(folder, seed, questions)
+    untold = told_by(number)[0] if about == "outside" else ""
+    setting = shared_setting(folder, seed, questions, untold)
     reward = with_noise(setting.reward(number), noise)
     rng = np.random.default_rng([seed, number, 7])
-    shown, rule = shown_runs(setting, reward, 1, rng), EnoughRule()
-    for answers, learner in enumerate(asked(setting, reward, shown, rng, rule)):
+    shown = shown_runs(setting, reward, 1, rng)
+    simple: dict[str, dict[str, Any]] = {}
+
+    def truth(learner: GoalLearner) -> dict[str, Any]:
+        given = Demonstrations.concatenate([learner.shown, learner.held_out])
+        true = setting.judged(reward, learner.q, given)
+        good = true["accuracy_optimal_all"] >= RIGHT_ACCURACY
+        return true | {"right": bool(true["success_mdp"] >= RIGHT_SUCCESS and good)}
+
+    def ended(rule: str, learner: GoalLearner) -> None:
+        if rule not in simple:
+            true = truth(learner)
+            simple[rule] = {name: true[name] for name in ("labels", "right", "success_mdp")}
+
+    sure, fulfilled, judged, last = 0, 0, None, None
+    for answers, learner in enumerate(asked(setting, reward, shown, rng, Watched(ended))):
+        if judged is not learner.shown:  # else it learnt nothing
+            judged, predicts = learner.shown, reaches(learner)
+            sure += predicts
+            fulfilled += predicts and truth(learner)["success_mdp"] >= SUCCESS
         last = learner, answers
+    assert last is not None
     learner, answers = last
     said, predicted = claim(learner), learner.predicted
-    given = Demonstrations.concatenate([learner.shown, learner.held_out])
-    true = setting.judged(reward, learner.q, given)
     return {
         **reward.told,
-        **true,
+        "untold": untold,
+        **truth(learner),
         "answers": answers,
         "audited": len(learner.audit.passed),
         "mistaken": learner.mistaken,
@@ -78,8 +109,9 @@ def one_lesson(folder: str, seed: int, questions: int, noise: float, number: int
         "predicted_success": predicted.success,
         "predicted_accuracy": predicted.accuracy,
         "unexplained": learner.unexplained,
-        "right": true["success_mdp"] >= RIGHT_SUCCESS
-        and true["accuracy_optimal_all"] >= RIGHT_ACCURACY,
+        "checks": sure,
+        "checks_right": fulfilled,
+        "simple": simple,
         "seconds": time.process_time() - began,
     }
 
@@ -93,13 +125,13 @@ def run_enough(config: Enough, output: Output) -> dict[str, Any]:
         "seed": config.seed,
         "questions": config.questions,
         "noise": config.noise,
+        "outside": config.about == "outside",
     }
-    some = (k for k in count() if config.about in ("all", NAMES[is_nameless(k)]))
-    numbers = list(islice(some, config.lessons))
+    numbers = list(islice((k for k in count() if is_about(k, config.about)), config.lessons))
     kept = KeptRows(output, identity)
     done = {row["reward"]: row for row in kept.rows}
     missing = iter([k for k in numbers if k not in done])
-    arguments = (str(config.task), config.seed, config.questions, config.noise)
+    arguments = (str(config.task), config.seed, config.questions, config.noise, config.about)
     with start_workers(config.workers, config.cluster) as workers:
         for number, row in run_jobs(
             workers,
@@ -135,12 +167,26 @@ def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
             sum(row["right"] for row in ended) / len(ended) if ended else None
         )
         told[f"{group}reaches"] = sum(row["claim"] == REACHES for row in some)
+        told[f"{group}unsure"] = sum(row["claim"] == UNSURE for row in some)
         told[f"{group}labels_mean"] = float(np.mean([row["labels"] for row in some]))
         print(
             f"{group.strip('_') or 'all':10}{len(some):5d} lessons, {len(ended)} stopped at "
             f"{told[f'{group}labels_mean']:.1f} labels on average, "
             f"{sum(row['right'] for row in ended)} of them right; "
-            f"{told[f'{group}reaches']} only reach the goal"
+            f"{told[f'{group}reaches']} only reach the goal, {told[f'{group}unsure']} are unsure"
         )
+    told["checks"] = sum(row["checks"] for row in rows)
+    told["checks_right"] = sum(row["checks_right"] for row in rows)
+    print(f"of {told['checks']} checks that predict success, {told['checks_right']} are right")
+    told["simple_rules"] = [_of_rule(rule, rows) for rule in RULES]
     told["answers_saved"] = float(np.mean([questions - row["answers"] for row in rows]))
     return told
+
+
+def _of_rule(rule: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """How a simpler rule would have done, in the lessons that it would have ended."""
+    ended = [row["simple"][rule] for row in rows if rule in row["simple"]]
+    wrong = sum(not each["right"] for each in ended)
+    labels = float(np.mean([each["labels"] for each in ended])) if ended else None
+    print(f"{rule}: would have ended {len(ended)}, {wrong} of them wrongly")
+    return {"rule": rule, "stopped": len(ended), "wrong": wrong, "labels_mean": labels}

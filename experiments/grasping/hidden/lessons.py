@@ -4,12 +4,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from experiments.grasping.hidden.costs import costs, factors
 from experiments.grasping.hidden.drawn import HiddenReward, draw, with_noise
+from experiments.grasping.learning import FACTORED, network_features
 from experiments.kit.robot_task import load_robot_task
 from irl.collection import demonstrate_to_the_end
 from irl.demonstrations import Demonstrations
@@ -17,14 +18,18 @@ from irl.methods import learn
 from irl.metrics import HORIZON, accuracy_on_unseen
 from irl.planning import policy_success
 from irl.policy import Policy
-from irl.posterior.enough import EnoughRule
 from irl.posterior.learner import GoalLearner
+from irl.posterior.student import taught
 from irl.problem import LearningProblem
 from irl.task_data import TaskData
 
 LEAST_LABELS, TRIES = 2, 100  # a first run shorter than that is not much of a demonstration
-LEARNERS = {"goal_posterior": 1, "goal_posterior_two": 2, "planning": 5, "fa_mlirl": 5}
-"""Who learns, and from how many trajectories; only the first asks questions."""
+LEARNERS = {
+    **{"goal_posterior": 1, "student": 1, "goal_posterior_two": 2},
+    **{"planning": 5, "fa_mlirl": 5},
+}
+"""Who learns, and from how many trajectories; goal_posterior asks questions besides, and what it
+then knows the student is taught."""
 
 
 @dataclass(frozen=True)
@@ -35,22 +40,25 @@ class Setting:
         folder: of the task data.
         seed: of the hidden rewards, and of all chance in the lessons.
         questions: how many may be asked.
+        untold: a factor that goals may be told in, and that learners do not know of; '' for none.
     """
 
     folder: Path
     seed: int
     questions: int
+    untold: str = ""
 
-    @cached_property
+    @property
     def task(self) -> TaskData:
         """The task data."""
-        return load_robot_task(self.folder)
+        return _task(self.folder)
 
     @cached_property
     def problem(self) -> LearningProblem:
         """What every learner is told."""
         problem = LearningProblem.of(self.task, "rotation")
-        return replace(problem, costs=costs(self.task.model), factors=factors())
+        told = {name: values for name, values in factors().items() if name != self.untold}
+        return replace(problem, costs=costs(self.task.model), factors=told)
 
     def reward(self, number: int) -> HiddenReward:
         """One hidden reward."""
@@ -81,9 +89,14 @@ class Setting:
 
 
 @cache
-def shared_setting(folder: str, seed: int, questions: int) -> Setting:
+def _task(folder: Path) -> TaskData:
+    return load_robot_task(folder)
+
+
+@cache
+def shared_setting(folder: str, seed: int, questions: int, untold: str = "") -> Setting:
     """The setting of a worker's lessons, which read the task once."""
-    return Setting(Path(folder), seed, questions)
+    return Setting(Path(folder), seed, questions, untold)
 
 
 def shown_runs(
@@ -104,6 +117,26 @@ def shown_runs(
         run = replace(run, trajectory=np.full_like(run.trajectory, number), ends=ends)
         runs = Demonstrations.concatenate([runs, run])
     return runs
+
+
+class LessonRule(Protocol):
+    """Leads a lesson: whether it is over, what is asked, and what an answer is for."""
+
+    def __call__(self, learner: GoalLearner) -> bool:
+        """Whether the lesson is over."""
+        ...
+
+    def question(self, learner: GoalLearner) -> int:
+        """The state to ask about next."""
+        ...
+
+    def proposal(self, learner: GoalLearner, state: int) -> int | None:
+        """What the learner would do there, in an audit."""
+        ...
+
+    def take(self, learner: GoalLearner, answer: Demonstrations) -> None:
+        """Give the learner the answer."""
+        ...
 
 
 @dataclass
@@ -138,7 +171,7 @@ def asked(
     reward: HiddenReward,
     shown: Demonstrations,
     rng: np.random.Generator,
-    rule: EnoughRule | FixedNumber,
+    rule: LessonRule,
 ) -> Iterator[GoalLearner]:
     """A learner after its runs, and after each answer, until it has enough by a rule.
 
@@ -187,6 +220,11 @@ def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[
                     | {"predicted_accuracy": predicted.accuracy}
                     | {"ends_agree": learner.ends_agree, "unexplained": learner.unexplained}
                 )
+    elif name == "student":
+        *_, learner = asked(setting, reward, shown, rng, FixedNumber(setting.questions))
+        student = taught(learner, network_features(setting.task, FACTORED), rng=rng)
+        of_student = setting.judged(reward, student.q, learner.shown)
+        rows.append({"method": name, "answers": setting.questions} | of_student)
     else:
         learnt = learn(name, setting.problem, shown, rng=rng)
         rows.append({"method": name, "answers": 0} | setting.judged(reward, learnt.q, shown))

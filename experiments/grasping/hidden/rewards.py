@@ -36,8 +36,9 @@ class Rewards(Settings):
     number: Annotated[int, Limits(1, 100_000)] = 20
     """How many rewards are drawn."""
     learners: Annotated[tuple[str, ...], Members(tuple(LEARNERS))] = tuple(LEARNERS)
-    """Who learns them: goal_posterior from one trajectory and answers, goal_posterior_two from two
-    trajectories, planning and fa_mlirl from five."""
+    """Who learns them: goal_posterior from one trajectory and answers, student, a VR network, from
+    what that then knows, goal_posterior_two from two trajectories, planning and fa_mlirl from
+    five."""
     noise: Annotated[tuple[float, ...], Limits(0, 1)] = (0.1, 0.3)
     """The shares of wrong labels of further lessons."""
     questions: Annotated[int, Limits(0, 1000)] = 16

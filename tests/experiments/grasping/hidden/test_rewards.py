@@ -5,12 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from experiments.grasping.hidden.enough import counted
+from experiments.grasping.hidden.drawn import told_by
+from experiments.grasping.hidden.enough import counted, is_about
 from experiments.grasping.hidden.lessons import shared_setting, shown_runs, will_do
 from experiments.grasping.hidden.rewards import run_lesson, summary
+from experiments.grasping.hidden.simple_rules import Watched, as_expected
 from experiments.kit.shipped_data import SHIPPED_TASK
+from irl.demonstrations import Demonstrations
 from irl.posterior.audit import FIRST, Audit
 from irl.posterior.enough import LEARNT, REACHES, UNSURE, UNTRIED, EnoughRule, claim
+from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import Predicted
 
 
@@ -83,11 +87,50 @@ def test_lessons_are_counted():
         {"right": False, "labels": 12, "answers": 8, "costs": {}, "claim": LEARNT},
         {"right": False, "labels": 20, "answers": 16, "costs": {"tilt": 0.1}, "claim": REACHES},
     ]
-    told = counted([row | {"stopped": row["claim"] == LEARNT} for row in rows], 16)
+    early = {"labels agree": {"labels": 7, "right": False}}
+    rest = {"checks": 3, "checks_right": 2, "simple": early}
+    told = counted([row | rest | {"stopped": row["claim"] == LEARNT} for row in rows], 16)
     assert (told["lessons"], told["stopped"], told["right_share"]) == (3, 2, 0.5)
     assert told["answers_saved"] == 20 / 3
     assert told["nameless_right_share"] is None
     assert (told["nameless_reaches"], told["named_reaches"]) == (1, 0)
+    assert (told["checks"], told["checks_right"]) == (9, 6)
+    agree, unchanged = told["simple_rules"]
+    assert (agree["stopped"], agree["wrong"], agree["labels_mean"]) == (3, 3, 7)
+    assert (unchanged["stopped"], unchanged["labels_mean"]) == (0, None)
+
+
+def test_rewards_are_told_by_what_lessons_are_about():
+    every = range(40)
+    assert [k for k in every if is_about(k, "nameless")] == [7, 19, 27, 39]
+    assert [k for k in every if is_about(k, "outside")] == [*range(7), *range(20, 27)]
+    assert len([k for k in every if is_about(k, "named")]) == 36
+    setting = shared_setting(str(SHIPPED_TASK), 1000, 0, told_by(2)[0])
+    assert told_by(2) == ("cell", "face")
+    assert "cell" not in setting.problem.factors
+    assert "face" in setting.problem.factors
+
+
+def test_simple_rules_say_when_they_would_have_ended_a_lesson():
+    setting = shared_setting(str(SHIPPED_TASK), 1000, 0)
+    learner = GoalLearner(
+        setting.problem, rng=np.random.default_rng(0), config=GoalConfig(rounds=0)
+    )
+    reward, rng = setting.reward(14), np.random.default_rng(0)
+    learner.learn(shown_runs(setting, reward, 1, rng))
+    ended = []
+    watched = Watched(lambda rule, learner: ended.append((rule, len(learner.shown))))
+    labels = len(learner.shown)
+    states = np.setdiff1d(np.flatnonzero(~learner.arrived), learner.shown.state)
+    for k, state in enumerate(rng.choice(states[learner.action[states] >= 0], 5, replace=False)):
+        action = int(learner.action[state])
+        answer = Demonstrations.from_pairs([(int(state), action)], 50 + k)
+        assert as_expected(learner, answer)
+        watched.take(learner, answer)
+    assert ("labels agree", labels + 5) in ended
+    goal = Demonstrations.from_pairs([], 60, end=int(reward.goal_states[0]))
+    assert as_expected(learner, goal)
+    assert not as_expected(learner, Demonstrations.from_pairs([], 60, end=int(states[0])))
 
 
 class Told:

@@ -1,4 +1,7 @@
+import subprocess
+import sys
 from dataclasses import replace
+from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
@@ -80,6 +83,35 @@ def test_an_episode_says_how_each_action_was_carried_out(played):
     assert np.allclose(moves[0].waypoints[0], HOME) and np.allclose(moves[-1].waypoints[-1], HOME)
     for before, after in pairwise(moves):
         assert np.allclose(before.waypoints[-1], after.waypoints[0], atol=1e-9)
+
+
+def bits(played):
+    """Everything that an episode did, digit for digit."""
+    moves = [part.waypoints for plan in played.plans for part in plan if isinstance(part, Move)]
+    loads = played.loads
+    numbers = [played.postures, *moves, loads.speed, loads.acceleration, loads.torque]
+    digest = sha256(b"".join(np.ascontiguousarray(each).tobytes() for each in numbers))
+    return digest.hexdigest(), played.episode.steps, played.seconds, dict(loads.penetration)
+
+
+def test_an_episode_after_another_is_that_alone_to_the_bit(run, played):
+    """Neither station nor planner keeps anything of what was before."""
+    planner, other = load_planner(), State(4, 0).index
+    assert run.play(other, np.random.default_rng(1)).episode.verdict == Verdict.NO_ACTION
+    lying = RigidTransform([0.56, 0.02, 0.52])
+    planner.plan(Action(Kind.GRASP, 5), 8, None, HOME, 0.0, lying)
+    assert bits(run.play(FAR.index, np.random.default_rng(0))) == bits(played)
+
+
+@pytest.mark.soak
+def test_an_episode_in_another_process_after_others_is_the_same_to_the_bit(played):
+    code = (
+        "import numpy as np; from tests.diagrams import test_policy_run as t;"
+        "run = t.run.__wrapped__(); rng = np.random.default_rng;"
+        "run.play(t.FAR.index, rng(5)); print(t.bits(run.play(t.FAR.index, rng(0))))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip().splitlines()[-1] == str(bits(played))
 
 
 def test_pictures_show_the_cube_where_it_is(played):

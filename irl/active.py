@@ -94,9 +94,8 @@ def active_fa_mlirl(
     config, network = config or ActiveConfig(), None
     if isinstance(demonstrations, Result):
         earlier, network = demonstrations, demonstrations.network
-        caution = max(earlier.caution, 0.0)
-        start = replace(config.initial, iterations=0, beta=earlier.beta, caution=caution)
-        config = replace(config, initial=start)
+        start = replace(config.initial, iterations=0, beta=earlier.beta)
+        config = replace(config, initial=replace(start, caution=max(earlier.caution, 0.0)))
         demonstrations = earlier.demonstrations
     problem = replace(problem, features=problem.required_features(np.float32))
     if not config.state_preferences:

@@ -34,6 +34,8 @@ if TYPE_CHECKING:  # torch, which whoever only asks and answers does without
 
 START = "start"
 """The strategy of questions before there is anything to choose by: where runs begin."""
+RETEST = "test again"
+"""That of a state asked about once more, for an answer contradicted what was proposed there."""
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,14 @@ from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import votes
 from irl.posterior.questions import information_gain
 from irl.problem import LearningProblem
-from irl.session import Question, Session
+from irl.session import RETEST, Question, Session
 from irl.session_settled import Enough
 from irl.taught_state import TaughtState
 
 INFORMATION, TEST = "information", "test"
 """Strategies: where an answer tells most; and by chance, to test a proposal."""
 _LOOKED_AT = 1500  # states whose information is worked out before a question
+_DRAWS = 5  # draws from a few states that are left may be the same
 _CROWD = 10  # a batch of n is spread over the 10 n best
 
 
@@ -109,12 +110,19 @@ class GoalSession(Session):
         ]
 
     def _test(self, n: int, left: np.ndarray) -> list[Question]:
+        """Distinct states as the learner's audit draws them, each with what it proposes there."""
+        states: list[int] = []
+        for _ in range(_DRAWS * n):
+            state = self.learner.audit_question()
+            if state not in states and (state in left or state == self.learner.audit.again):
+                states.append(state)
+            if len(states) == n:
+                break
         again = self.learner.audit.again
-        states = [] if again is None else [again]
-        while len(states) < n and left.size:
-            states.append(int(self.state.rng.choice(left)))
-            left = left[left != states[-1]]
-        return [Question(s, TEST, 0.0, self._proposal(s), AUDIT) for s in states]
+        return [
+            Question(s, RETEST if s == again else TEST, 0.0, self._proposal(s), AUDIT)
+            for s in states
+        ]
 
     def _spread(self, states: np.ndarray, gain: np.ndarray, n: int) -> list[int]:
         """The best, and of the best-scored others each the least alike to those before it."""

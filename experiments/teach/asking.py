@@ -9,7 +9,6 @@ from experiments.teach.shown import Reasons, Shown, unexplained
 from experiments.teach.worlds import World
 from irl.lesson import Lesson
 from irl.lesson_events import (
-    LEARN,
     Acted,
     Answered,
     Asked,
@@ -19,7 +18,7 @@ from irl.lesson_events import (
     Undo,
 )
 from irl.lesson_taught import Taught
-from irl.session import START, Question
+from irl.session import RETEST, START, Question
 from irl.student import Learnt
 
 RUN, EPISODE, AGAIN = "run", "episode", "again"
@@ -76,7 +75,7 @@ class Asking:
         answered = {a.state for a in self.taught.answers.values()} | self.taught.skipped
         while self.queue:
             question = self.queue.pop(0)
-            if question.state not in answered or question.purpose != LEARN:
+            if question.state not in answered or question.strategy == RETEST:
                 return question
         return Question(self.start(), START if not self.taught.answers else RUN, 0.0)
 

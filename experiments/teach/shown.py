@@ -93,6 +93,7 @@ _WORDS = {
     "again": "You took your answer back.",
     "information": "Your answer here tells me most of what you are after.",
     "test": "Drawn by chance, to test whether I have understood; I say what I would do.",
+    "test again": "Once more, for your answer surprised me.",
     "random": "Drawn by chance.",
 }
 
@@ -119,7 +120,7 @@ class Reasons:
         doubt = 1.0 - float(self._learnt.sure[state])
         visited, new = float(self._visits[state]), newness(self._world, state, answered)
         words = _WORDS.get(strategy, "")
-        if strategy not in ("start", "run", "episode", "again", "test"):
+        if strategy not in ("start", "run", "episode", "again", "test", "test again"):
             words = (
                 words or f"Chosen by {strategy.replace('_', ' ')}."
             ) + f" {_said(doubt, visited)}"

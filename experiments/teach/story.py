@@ -15,7 +15,7 @@ from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.commands import QUIT, perform, read_script, settle
 from experiments.teach.desk import Desk, DeskConfig
 from experiments.teach.files import export, plain, take_in
-from experiments.teach.report import report, show_report
+from experiments.teach.review import report, show_report
 from experiments.teach.rounds import LocalLearner, ThreadLearner
 from experiments.teach.scripted import answer_as_the_oracle, demonstrated
 from experiments.teach.students import student_config

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.teach.desk import Desk
-from experiments.teach.report import at_odds
+from experiments.teach.review import at_odds
 from experiments.teach.scripted import would_say
 from experiments.teach.worlds import World
 from irl.lesson import Lesson

@@ -6,7 +6,7 @@ import torch
 
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.desk import Desk, DeskConfig
-from experiments.teach.report import report
+from experiments.teach.review import report
 from experiments.teach.rounds import LocalLearner
 from experiments.teach.scripted import SECONDS, answer_as_the_oracle, would_say
 from experiments.teach.worlds import grid_world, robot_world

@@ -43,8 +43,11 @@ def digest_of(before: str, row: Sequence) -> str:
 
 def connect(path: Path, writable: bool) -> sqlite3.Connection:
     """Connect to a file that is there."""
-    mode = "rw" if writable else "ro"
-    uri = f"{path.absolute().as_uri()}?mode={mode}"
+    how = "mode=rw" if writable else "mode=ro"
+    wal = path.with_name(f"{path.name}-wal")
+    if not writable and not wal.exists() and not os.access(path.parent, os.W_OK):
+        how += "&immutable=1"  # where SQLite could put no file of its own beside it
+    uri = f"{path.absolute().as_uri()}?{how}"
     return sqlite3.connect(uri, uri=True, timeout=5.0, check_same_thread=False)
 
 

@@ -190,6 +190,16 @@ def test_one_process_adds_and_others_read_meanwhile(lesson):
     lesson.append(ANSWERED)
 
 
+def test_a_lesson_is_read_where_nothing_can_be_written(lesson, monkeypatch):
+    lesson.append(ANSWERED)
+    lesson.close()
+    before = {p.name for p in lesson.path.parent.iterdir()}
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with Lesson(lesson.path, writable=False) as reader:
+        assert reader.events == [BEGAN, ANSWERED]
+        assert {p.name for p in lesson.path.parent.iterdir()} == before == {"lesson.db"}
+
+
 def test_a_lesson_about_another_task_is_refused_by_both_hashes(lesson):
     lesson.require_task("a" * 64)
     with pytest.raises(InputError, match=r"'aaaaaaaaaaaa'…, not about 'bbbbbbbbbbbb'"):

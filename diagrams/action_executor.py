@@ -216,6 +216,8 @@ class ActionExecutor(LeafSystem):
                 under that of another.
         """
         asked = self._request.Eval(context)
+        if asked[0] == execution.sequence and asked[1] == execution.action:
+            return execution.sequence, execution.action
         shown = f"request {asked.tolist()}"
         if not (np.isfinite(asked).all() and (asked == np.round(asked)).all()):
             raise ModelError(f"{shown}; valid: whole numbers [sequence, action]")

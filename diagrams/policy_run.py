@@ -177,9 +177,12 @@ class PolicyRun:
         )
         for name in ("arm.position_command", "gripper.position_command"):
             builder.Connect(executor.GetOutputPort(name), self.station.GetInputPort(name))
-        self._monitor = Monitor(
-            builder, self.station, executor.GetOutputPort("arm.position_command")
-        )
+        # An arm follows the commands that have arrived.
+        arriving = "arm.position_command_arriving"
+        told = executor.GetOutputPort("arm.position_command")
+        if self.station.HasOutputPort(arriving):
+            told = self.station.GetOutputPort(arriving)
+        self._monitor = Monitor(builder, self.station, told)
         self._frames = LogVectorOutput(
             self.station.GetOutputPort("state"), builder, publish_period=FRAME
         )

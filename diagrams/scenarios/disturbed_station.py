@@ -52,8 +52,10 @@ class DisturbedStation(Diagram):
                                 │ Station │
        UnseenHand ──forces────► └─────────┘ ──► all other outputs
 
-    What is not in the scenario is not in the diagram either. Whatever differs from episode to
-    episode lies in the context: `initialize` puts it there.
+    Where commands are delayed, two outputs more tell those that arrive:
+    ``arm.position_command_arriving`` and that of the gripper. What is not in the scenario is not in
+    the diagram either. Whatever differs from episode to episode lies in the context: `initialize`
+    puts it there.
 
     Attributes:
         station: the station itself.
@@ -91,6 +93,7 @@ class DisturbedStation(Diagram):
             port = station.GetInputPort(name)
             if name in self._delays:
                 builder.Connect(self._delays[name].get_output_port(), port)
+                outputs[f"{name}_arriving"] = self._delays[name].get_output_port()
                 port = self._delays[name].get_input_port()
             builder.ExportInput(port, name)
         self.hand = self._add_hand(builder, outputs) if scenario.leads() else None

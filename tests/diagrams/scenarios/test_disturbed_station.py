@@ -170,8 +170,11 @@ def test_commands_arrive_late_and_the_arm_stays_until_they_do():
     still = Still(load_scenario("delay"), width=0.0)
     still.simulator.AdvanceTo(0.048)
     assert still.output("gripper.position_measured")[0] == pytest.approx(0.085, abs=1e-4)
+    assert still.output("gripper.position_command_arriving") == [0.085]
     still.simulator.AdvanceTo(0.2)
     assert still.output("gripper.position_measured")[0] < 0.083
+    assert still.output("gripper.position_command_arriving") == [0.0]
+    np.testing.assert_array_equal(still.output("arm.position_command_arriving"), HOME)
 
 
 def test_a_second_cube_lies_on_the_table():

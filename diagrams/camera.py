@@ -1,6 +1,9 @@
 """Still pictures of the station, rendered off screen."""
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.geometry import (
     ClippingRange,
     ColorRenderCamera,
@@ -12,11 +15,12 @@ from pydrake.geometry import (
     RenderEngineVtkParams,
 )
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from diagrams.hand_mount import HandMount
+from models.scenes.parsing import CUBE
 
 VIEW_FROM, VIEW_AT = (1.35, -1.05, 1.15), (0.38, 0.0, 0.68)
 """Where the standard view stands and looks [m]."""
@@ -32,6 +36,7 @@ class StillCamera:
         view_from: tuple[float, float, float] = VIEW_FROM,
         view_at: tuple[float, float, float] = VIEW_AT,
         field_of_view: float = 0.75,
+        prepare: Callable[[MultibodyPlant], None] | None = None,
     ) -> None:
         """Set the camera up.
 
@@ -40,10 +45,13 @@ class StillCamera:
             view_from: where it stands, world [m].
             view_at: where it looks, world [m].
             field_of_view: vertical, radians.
+            prepare: what changed the station's plant, if anything did.
         """
         builder = DiagramBuilder()
         self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
         HandMount(self._plant)
+        if prepare is not None:
+            prepare(self._plant)
         self._plant.Finalize()
         # One lamp beside the camera and one high on the other side, so that faces differ.
         lamps = [
@@ -57,7 +65,7 @@ class StillCamera:
         core = RenderCameraCore(
             "vtk", CameraInfo(*size, field_of_view), ClippingRange(0.05, 6.0), RigidTransform()
         )
-        sensor = builder.AddSystem(
+        self._sensor = sensor = builder.AddSystem(
             RgbdSensor(
                 scene_graph.world_frame_id(),
                 _look(np.array(view_from), np.array(view_at)),
@@ -70,6 +78,16 @@ class StillCamera:
         self._diagram = builder.Build()
         self._root = self._diagram.CreateDefaultContext()
         self._context = self._plant.GetMyMutableContextFromRoot(self._root)
+
+    def look(self, view_from: ArrayLike, view_at: ArrayLike) -> None:
+        """Stand at one point ``[3]`` and look at another ``[3]``, world [m]."""
+        X_WC = _look(np.asarray(view_from, dtype=float), np.asarray(view_at, dtype=float))
+        self._sensor.SetX_PB(self._sensor.GetMyMutableContextFromRoot(self._root), X_WC)
+
+    def cube(self, positions: np.ndarray) -> np.ndarray:
+        """The cube's centre ``[3]`` [m] at ``positions [n_q]``."""
+        self._plant.SetPositions(self._context, positions)
+        return self._plant.GetBodyByName(CUBE).EvalPoseInWorld(self._context).translation().copy()
 
     def picture(self, positions: np.ndarray) -> np.ndarray:
         """Render the plant at ``positions [n_q]`` (the station's order); uint8 ``[h, w, 3]``."""

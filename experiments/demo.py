@@ -13,16 +13,17 @@ from typing import Annotated, Any
 import numpy as np
 import torch
 
-from diagrams.decisions import Forecast, held_goal
 from experiments.grasping.assessment import Assessment, assess
 from experiments.grasping.learning import LearningConfig, forget, learn
 from experiments.grasping.one_run import OneRun, learn_from_one
-from experiments.grasping.playing import Plan, draw_starts, play_episodes, summary
 from experiments.grasping.plots import plot_learning, plot_policy
 from experiments.grasping.teacher import GraspTeacher, TeacherConfig
 from experiments.kit.command import Output, execute
 from experiments.kit.robot_task import load_robot_task
-from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
+from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.simulate.counting import count, told
+from experiments.simulate.episodes import Crew, Job, Setting, draw_starts, play_all
+from experiments.simulate.pictures import leave_pictures
 from irl.choices import Limits, Settings
 from irl.metrics import Share
 from irl.policy import Policy, save_policy
@@ -54,7 +55,6 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     # Small matrices: a second thread costs more than it brings, and changes the last bits.
     torch.set_num_threads(1)
     task = load_robot_task(config.task)
-    planner = load_planner()
     starts = draw_starts(task, config.starts, config.seed, at_least=0)
     teacher = GraspTeacher(task, config.teacher)
     rng = np.random.default_rng(config.seed)
@@ -82,15 +82,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "limits": None, "episodes": []}
     if config.starts:
-        # The learner never sees the goal: looking ahead goes by what it holds for one.
-        played = play_episodes(
-            Forecast(policy, held_goal(policy)),
-            planner,
-            task.goal_states,
-            Plan(starts, config.seed, max_actions=config.max_actions),
-            output,
-        )
-        physics = summary(played)
+        physics = play(config, starts, int(task.goal_states[0]), output)
 
     forget(output.folder)
     print_table(assessment, one, physics, output.folder)
@@ -117,6 +109,25 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         "wall_s": perf_counter() - started,
         "recording": "recording.html" if config.starts else None,
     }
+
+
+def play(config: Config, starts: np.ndarray, goal: int, output: Output) -> dict[str, Any]:
+    """Play the policy that was learnt, and leave pictures."""
+    # The learner never sees the goal: looking ahead goes by what it holds for one.
+    setting = Setting(
+        output.folder / "policy.safetensors",
+        config.task,
+        goals="learner",
+        max_actions=config.max_actions,
+        seed=config.seed,
+    )
+    jobs = [Job(number, int(start)) for number, start in enumerate(starts)]
+    episodes = play_all(setting, jobs, len(jobs), Crew(), output)
+    titles = [f"Episode {number} of {len(jobs)}" for number in range(1, len(jobs) + 1)]
+    played = [episodes.whole(number) for number in range(len(jobs))]
+    leave_pictures(played, titles, goal, "", output)
+    episodes.forget(output)
+    return {**count(episodes.rows), "episodes": [told(row) for row in episodes.rows]}
 
 
 def print_table(

@@ -17,12 +17,14 @@ PAGES = sorted(
     for folder in (ROOT, *(ROOT / name for name in ("irl", "models", "diagrams", "experiments")))
     for path in (folder.glob("*.md") if folder == ROOT else folder.rglob("*.md"))
 )
-# By test_examples.py, test_station_page.py and test_your_own_arm.py in the folders of `tests`.
+# By test_examples.py, test_station_page.py, test_scenarios_page.py and test_your_own_arm.py in the
+# folders of `tests`.
 RUN_HERE = {
     "README.md",
     "experiments/grasping.md",
     "experiments/own_data.md",
     "experiments/own_task.md",
+    "diagrams/scenarios.md",
     "diagrams/station.md",
     "models/your_own_arm.md",
 }

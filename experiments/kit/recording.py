@@ -28,7 +28,7 @@ PAUSE = 1.0
 """How long the last scene of an episode stands [s]."""
 MOST_FRAMES = 3000
 """In a recording; of longer ones only every second or third picture is kept, and so on."""
-VIEW = np.array([0.6, -0.75, 0.42])
+VIEW = np.array([0.46, -0.58, 0.32])
 """From what is looked at to the camera [m]."""
 SMOOTH = 0.6
 """How fast the camera follows: the time constant [s]."""

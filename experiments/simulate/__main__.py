@@ -1,7 +1,12 @@
-"""Run the story: ``python -m experiments.simulate``."""
+"""Run the story: ``python -m experiments.simulate``, or ``... simulate compare A B``."""
+
+import sys
 
 from experiments.kit.command import execute
-from experiments.simulate.story import Config, main
+from experiments.simulate import compare, story
 
 if __name__ == "__main__":
-    execute(Config, main)
+    if sys.argv[1:2] == ["compare"]:
+        execute(compare.Config, compare.main, sys.argv[2:])
+    else:
+        execute(story.Config, story.main)

@@ -4,11 +4,9 @@ They say what a decision is worth if the forecast is right, for thousands of epi
 whether it is right, episodes in physics say.
 """
 
-from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from time import process_time
-from typing import Any
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -16,7 +14,6 @@ from pydrake.math import RigidTransform, RotationMatrix
 from diagrams.decisions import Decision, Sight, Step
 from diagrams.policy_controller import Verdict
 from diagrams.policy_run import start_pose
-from experiments.grasping.playing import Plan
 from models.task.discretise import off_table
 from models.task.forecast import Scenes, free_scene, outcomes
 from models.task.spaces import LOST, POSITIONS, R_WG
@@ -84,43 +81,6 @@ def imagine(
         after = outcomes(scene, np.array([choice.action]))
         drawn = int(rng.choice(after.probability.size, p=after.probability))
         scene = after.scenes.select(np.array([drawn]))
-
-
-def imagine_all(decision: Decision, goals: np.ndarray, plan: Plan) -> list[Imagined]:
-    """Play every episode of a plan, each with a generator of its own."""
-    ends = {int(goal) for goal in goals}
-    return [
-        imagine(
-            decision,
-            int(start),
-            ends,
-            plan.rng(number),
-            disturbance=plan.disturbance,
-            max_actions=plan.max_actions,
-        )
-        for number, start in enumerate(plan.starts)
-    ]
-
-
-def count(imagined: list[Imagined]) -> dict[str, Any]:
-    """Count what came of episodes."""
-    lengths = [len(each.steps) for each in imagined if each.verdict == Verdict.GOAL]
-    reasons = Counter(each.verdict.value for each in imagined if each.verdict != Verdict.GOAL)
-    seconds = [s for each in imagined for s in each.decision_s]
-    return {
-        "successes": len(lengths),
-        "trials": len(imagined),
-        "within_12": sum(length <= 12 for length in lengths),
-        "actions_mean": float(np.mean(lengths)) if lengths else None,
-        "actions_max": max(lengths, default=None),
-        "failures": dict(sorted(reasons.items())),
-        "chosen_by": dict(Counter(step.chosen_by.value for e in imagined for step in e.steps)),
-        "decision_cpu_ms": {
-            "mean": 1e3 * float(np.mean(seconds)) if seconds else None,
-            "p99": 1e3 * float(np.quantile(seconds, 0.99)) if seconds else None,
-            "max": 1e3 * max(seconds, default=0.0),
-        },
-    }
 
 
 def _sight(scene: Scenes) -> Sight:

@@ -1,38 +1,44 @@
 """Play a learned policy from random starts: in the Drake diagram, or by forecast alone.
 
 An action is chosen by the policy's table, as in the thesis, or by looking ahead from the cube's
-true pose. What the simulator knows decides what counts as a success.
+true pose. What the simulator knows decides what counts as a success. A scenario disturbs episodes;
+each is then played undisturbed as well, from the same seed. Killed, the same command goes on.
 """
 
 import csv
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
-
 from diagrams.contact import Solver
-from diagrams.decisions import Decision, Forecast, Table, held_goal
-from diagrams.policy_controller import Verdict
-from diagrams.policy_run import Played
+from diagrams.scenarios import load_scenario
 from experiments.grasping.exporting import export_episodes
-from experiments.grasping.playing import Plan, draw_starts, play_episodes, summary
 from experiments.kit.command import Output
+from experiments.kit.executors import MOST_WORKERS
 from experiments.kit.robot_task import load_robot_task
-from experiments.kit.shipped_data import SHIPPED_TASK, load_planner
-from experiments.simulate.kinematic import Imagined, count, imagine_all
+from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.simulate.counting import Row, always, count, paired, told
+from experiments.simulate.episodes import Crew, Episodes, Job, Setting, draw_starts, play_all
+from experiments.simulate.pictures import leave_pictures
 from irl.choices import Limits, Settings
 from irl.errors import InputError
-from irl.policy import Policy, load_policy
+from irl.files import sha256
+from irl.policy import load_policy
+from irl.task_data import TaskData
+from models.errors import ModelError
 from models.export.trajectories import SPEED_LIMIT
 from models.task import words
 
 COLUMNS = (
-    *("number", "start", "verdict", "success", "false_success", "actions", "seconds"),
-    *("chosen_by", "fault"),
+    *("number", "start", "repetition", "disturbed", "verdict", "success", "false_success"),
+    *("actions", "seconds", "acted", "chosen_by", "action_failures", "fault"),
 )
 """Of ``episodes.csv``, which has a row an episode."""
+TOLD = 24
+"""Up to so many episodes are told in words, and in full in ``result.json``."""
+SHOWN = 3
+"""So many episodes are recorded, the first ones, and as many more of those that failed."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,11 @@ class Config(Settings):
     """The folder that the task data are read from."""
     starts: Annotated[int | Literal["all"], Limits(1, 1_000_000)] = 3
     """How many starts are drawn among the task's free states, without repetition; or all."""
+    repeat: Annotated[int, Limits(1, 1000)] = 1
+    """How often each start is played, with other draws each time."""
+    scenario: str = ""
+    """What goes otherwise than usual: the name of a shipped scenario, or a YAML file of one's own.
+    Each episode is then played undisturbed as well, from the same seed."""
     decision: Literal["forecast", "table"] = "forecast"
     """What chooses an action: a forecast from the cube's true pose, or the policy's table alone."""
     goals: Literal["task", "learner"] = "task"
@@ -62,93 +73,179 @@ class Config(Settings):
     """By how much more the cube's place at the start is disturbed: a standard deviation [m]."""
     max_actions: Annotated[int, Limits(1, 10_000)] = 20
     """After how many actions an episode ends."""
+    workers: Annotated[int, Limits(1, MOST_WORKERS)] = 1
+    """How many processes play; the episodes are the same whatever their number."""
+    cluster: str = ""
+    """The address of a dask scheduler whose workers play instead, such as tcp://host:8786."""
     export: Path | None = None
     """A folder to write the episodes to as joint trajectories; by default none are written.
     They are CSV, ROS 2 YAML and the Gen3's pre-computed form, with the gripper's commands."""
     export_speed: Annotated[float, Limits(1, 80)] = SPEED_LIMIT
     """The speed that no joint exceeds in them [deg/s]."""
     seed: int = 0
-    """The seed of the starts and of the cube's true poses."""
+    """The seed of the starts, of the cube's true poses, and of what a scenario draws."""
     out: Path = Path("out/simulate")
     """The folder that the results are written to."""
 
 
-def print_episodes(played: list[Played]) -> None:
+def scenario_text(name: str) -> str:
+    """A scenario as YAML, empty for none; refusals name the option."""
+    if not name:
+        return ""
+    try:
+        return load_scenario(name).text()
+    except ModelError as error:
+        raise InputError(str(error), place="--scenario") from None
+
+
+def setting(config: Config) -> Setting:
+    """What the command's episodes have in common."""
+    return Setting(
+        config.policy,
+        config.task,
+        config.decision,
+        config.goals,
+        config.physics,
+        config.disturbance,
+        config.max_actions,
+        scenario_text(config.scenario),
+        config.seed,
+        config.solver,
+    )
+
+
+def all_jobs(config: Config, task: TaskData) -> list[Job]:
+    """The command's episodes: of each start every repetition, disturbed ones first."""
+    starts = [int(start) for start in draw_starts(task, config.starts, config.seed)]
+    times = range(config.repeat)
+    jobs = [Job(n, start, k) for n, start in enumerate(starts) for k in times]
+    disturbed = [replace(job, disturbed=True) for job in jobs] if config.scenario else []
+    return disturbed + jobs
+
+
+def print_episodes(rows: Sequence[Row]) -> None:
     """Say each episode in a person's words: where it started, how it ended, what was done."""
-    for each in played:
-        print(f"{words.describe_state(each.start)}: {each.reason or each.episode.verdict}")
-        for step in each.episode.steps:
-            print(f"    {words.describe_action(step.action)}")
+    for row in rows:
+        print(f"{words.describe_state(row['start'])}: {row['fault'] or row['verdict']}")
+        for action in row["actions"]:
+            print(f"    {words.describe_action(action)}")
 
 
-def decide(config: Config, policy: Policy, goal_states: np.ndarray) -> Decision:
-    """What chooses the actions."""
-    if config.decision == "table":
-        return Table(policy)
-    return Forecast(policy, goal_states if config.goals == "task" else held_goal(policy))
-
-
-def write_episodes(path: Path, rows: Iterator[tuple[object, ...]]) -> None:
+def write_rows(path: Path, rows: Sequence[Row]) -> None:
     """Write ``episodes.csv``."""
+
+    def shown(row: Row, name: str) -> object:
+        value = row[name]
+        if name == "actions":
+            return len(value)
+        if name == "seconds":
+            return "" if value is None else f"{value:.2f}"
+        if isinstance(value, list):
+            return " ".join((each or "-").replace(" ", "_") for each in value)
+        return int(value) if isinstance(value, bool) else value
+
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        writer.writerows(rows)
-
-
-def played_rows(played: list[Played]) -> Iterator[tuple[object, ...]]:
-    """Rows of episodes in physics."""
-    for number, each in enumerate(played):
-        steps = each.episode.steps
-        yield (
-            *(number, each.start, each.episode.verdict.value),
-            *(int(each.success), int(each.false_success), len(steps), f"{each.seconds:.2f}"),
-            *(" ".join(step.chosen_by for step in steps), each.reason),
-        )
-
-
-def imagined_rows(imagined: list[Imagined]) -> Iterator[tuple[object, ...]]:
-    """Rows of episodes without physics, which know neither seconds nor faults."""
-    for number, each in enumerate(imagined):
-        chosen_by = " ".join(step.chosen_by for step in each.steps)
-        success = int(each.verdict == Verdict.GOAL)
-        yield number, each.start, each.verdict.value, success, 0, len(each.steps), "", chosen_by, ""
+        writer.writerows([shown(row, name) for name in COLUMNS] for row in rows)
 
 
 def main(config: Config, output: Output) -> dict[str, Any]:
-    """Load, draw starts, play, count."""
-    if config.export is not None and not config.physics:
-        raise InputError("without physics there are no motions to write", place="--export")
+    """Draw starts, play, count, compare, show."""
+    if not config.physics:
+        for option, given in (("export", config.export), ("scenario", config.scenario)):
+            if given:
+                raise InputError("without physics there are no motions", place=f"--{option}")
     task = load_robot_task(config.task)
-    policy = load_policy(config.policy, task.task_hash, task.model.mask)
-    decision = decide(config, policy, task.goal_states)
-    starts = draw_starts(task, config.starts, config.seed)
-    plan = Plan(
-        starts,
-        config.seed,
-        config.disturbance,
-        config.max_actions,
-        config.recording,
-        config.solver,
-    )
+    load_policy(config.policy, task.task_hash, task.model.mask)
+    common = setting(config)
+    jobs = all_jobs(config, task)
+    shown = SHOWN if config.physics and config.recording else 0
+    whole = len(jobs) if config.export else shown
+    crew = Crew(config.workers, config.cluster)
+    episodes = play_all(common, jobs, whole, crew, output)
+    with output.file("episodes.csv") as path:
+        write_rows(path, episodes.rows)
+    result = results(config, episodes.rows)
+    if len(jobs) <= TOLD:
+        result["episodes"] = [told(row) for row in episodes.rows if config.physics]
+    result["episodes_sha256"] = sha256(output.folder / "episodes.csv")
+    if len(jobs) <= TOLD:
+        print_episodes(episodes.rows)
+    if shown:
+        _leave_pictures(config, common, jobs, episodes, int(task.goal_states[0]), output)
+    if config.export is not None:
+        played = [episodes.whole(number) for number in range(len(jobs))]
+        result["exported"] = export_episodes(config.export, played, config.export_speed)
+    episodes.forget(output)
+    print_results(config, result)
+    return {**result, "recording": "recording.html" if shown else None}
+
+
+def results(config: Config, rows: Sequence[Row]) -> dict[str, Any]:
+    """What goes into ``result.json``; with a scenario, the disturbed episodes beside the others."""
     said = {
         "decision": config.decision,
         "goals": config.goals if config.decision == "forecast" else None,
         "physics": config.physics,
+        "scenario": config.scenario or None,
     }
-    if not config.physics:
-        imagined = imagine_all(decision, task.goal_states, plan)
-        with output.file("episodes.csv") as path:
-            write_episodes(path, imagined_rows(imagined))
-        result = count(imagined)
-        print(f"{result['successes']} of {result['trials']} starts reached the goal, by forecast")
-        return {**said, **result, "recording": None}
-    played = play_episodes(decision, load_planner(), task.goal_states, plan, output)
-    with output.file("episodes.csv") as path:
-        write_episodes(path, played_rows(played))
-    result = summary(played)
-    print_episodes(played)
-    if config.export is not None:
-        result["exported"] = export_episodes(config.export, played, config.export_speed)
-    print(f"{result['successes']} of {result['trials']} starts reached the goal")
-    return {**said, **result, "recording": "recording.html" if config.recording else None}
+    usual = [row for row in rows if not row["disturbed"]]
+    first = [row for row in rows if row["disturbed"]] or usual
+    result = {**said, **count(first)}
+    if config.scenario:
+        pairs = [pair for pair in zip(first, usual, strict=True) if pair[0]["acted"]]
+        result["undisturbed"] = count([other for _, other in pairs])
+        result["paired"] = paired(first, usual)
+    if config.repeat > 1:
+        result["repeated"] = always(first, config.repeat)
+    return result
+
+
+def print_results(config: Config, result: dict[str, Any]) -> None:
+    """Tell what was found."""
+    how = "" if config.physics else ", by forecast"
+    print(f"{result['successes']} of {result['trials']} episodes reached the goal{how}")
+    if result["not_acted"]:
+        print(f"{result['not_acted']} more do not count: the disturbance did not act")
+    if config.scenario and result["paired"]["pairs"]:
+        pairs, (d, low, high) = result["paired"], result["paired"]["difference"]
+        print(
+            f"undisturbed {result['undisturbed']['successes']} of them; disturbed less "
+            f"undisturbed, of {pairs['pairs']} pairs: {d:+.1%} [{low:+.1%}, {high:+.1%}]"
+        )
+    if config.repeat > 1:
+        each = result["repeated"]
+        print(f"{each['always']} of {each['starts']} starts succeeded {config.repeat} times of it")
+
+
+def title(job: Job, config: Config) -> str:
+    """What an episode is called in pictures."""
+    told = f"Start {job.number + 1}"
+    if config.repeat > 1:
+        told += f", repetition {job.repetition + 1}"
+    if config.scenario:
+        told += f", {config.scenario if job.disturbed else 'undisturbed'}"
+    return told
+
+
+def _leave_pictures(
+    config: Config,
+    common: Setting,
+    jobs: Sequence[Job],
+    episodes: Episodes,
+    goal: int,
+    output: Output,
+) -> None:
+    """Show the first episodes, and of the others the first that failed."""
+    shown = list(range(min(SHOWN, len(jobs))))
+    wanted = bool(config.scenario)
+    failed = [
+        number
+        for number, row in enumerate(episodes.rows)
+        if row["disturbed"] == wanted and not row["success"] and not row["fault"]
+    ]
+    shown += [number for number in failed if number not in shown][:SHOWN]
+    titles = [title(jobs[number], config) for number in shown]
+    played = [episodes.whole(number) for number in shown]
+    leave_pictures(played, titles, goal, common.scenario, output)

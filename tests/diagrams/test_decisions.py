@@ -17,10 +17,10 @@ from diagrams.decisions import (
     held_goal,
 )
 from diagrams.policy_controller import Verdict
-from experiments.grasping.playing import Plan, draw_starts
 from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK
-from experiments.simulate.kinematic import imagine, imagine_all
+from experiments.simulate.episodes import draw_starts
+from experiments.simulate.kinematic import imagine
 from irl.policy import Policy
 from models.errors import ModelError
 from models.motion.failures import ActionFailure
@@ -55,6 +55,13 @@ def seen(state, R=None, p=(0.55, 0.0, 0.52), told=-1):
     return Sight(state, RigidTransform(rotation, p), told=told)
 
 
+def imagine_all(decision, starts, seed):
+    return [
+        imagine(decision, int(start), {GOAL_STATE}, np.random.default_rng([seed, number]))
+        for number, start in enumerate(starts)
+    ]
+
+
 def step(state, action, failure=None):
     return Step(state, action, state, 0.0, 1.0, failure)
 
@@ -62,9 +69,8 @@ def step(state, action, failure=None):
 @pytest.mark.parametrize("number", [12, 37, 65, 81])
 def test_starts_that_once_went_in_circles_or_were_lost_arrive(task, policy, number):
     starts = draw_starts(task, 100, 7)
-    played = imagine(
-        Forecast(policy, GOAL), int(starts[number]), {GOAL_STATE}, Plan(starts, 7).rng(number)
-    )
+    rng = np.random.default_rng([7, number])
+    played = imagine(Forecast(policy, GOAL), int(starts[number]), {GOAL_STATE}, rng)
     assert played.verdict == Verdict.GOAL
     assert len(played.steps) <= 10
 
@@ -72,8 +78,7 @@ def test_starts_that_once_went_in_circles_or_were_lost_arrive(task, policy, numb
 def test_where_the_table_circles_the_forecast_arrives_and_nowhere_does_it_do_worse(task, policy):
     starts = draw_starts(task, 100, 7)
     table, forecast = (
-        imagine_all(decision, GOAL, Plan(starts, 7))
-        for decision in (Table(policy), Forecast(policy, GOAL))
+        imagine_all(decision, starts, 7) for decision in (Table(policy), Forecast(policy, GOAL))
     )
     arrived = np.array([[e.verdict == Verdict.GOAL for e in each] for each in (table, forecast)])
     assert 90 <= arrived[0].sum() < 97
@@ -87,9 +92,7 @@ def test_where_the_table_circles_the_forecast_arrives_and_nowhere_does_it_do_wor
 
 def test_episodes_without_physics_follow_the_seed(policy):
     starts = np.array([5, 100, 200])
-    first, again, other = (
-        imagine_all(Forecast(policy, GOAL), GOAL, Plan(starts, seed)) for seed in (0, 0, 1)
-    )
+    first, again, other = (imagine_all(Forecast(policy, GOAL), starts, seed) for seed in (0, 0, 1))
     assert first == again
     assert [e.start for e in other] == [5, 100, 200]
 

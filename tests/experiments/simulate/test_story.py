@@ -1,34 +1,13 @@
 """The command without physics: every start, by table and forecast, counted and in rows."""
 
 import csv
-from pathlib import Path
 
-import numpy as np
 import pytest
 
 from diagrams.policy_controller import Verdict
 from experiments.kit.command import Output
-from experiments.kit.robot_task import load_robot_task
-from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.simulate.story import COLUMNS, Config, main
 from irl.errors import InputError
-from irl.policy import Policy, save_policy
-from models.task.spaces import Action, Kind, State
-
-ACTIONS = Path(__file__).parents[2] / "data" / "demo_actions.npz"
-
-
-@pytest.fixture(scope="module")
-def policy_file(tmp_path_factory):
-    task = load_robot_task(SHIPPED_TASK)
-    action = np.load(ACTIONS)["action"].astype(np.int64)
-    q = np.where(task.model.mask, 0.0, -np.inf).astype(np.float32)
-    some = np.flatnonzero(action >= 0)
-    q[some, action[some]] = 1.0
-    q[State(2, 0, 10).index, Action(Kind.DROP).index] = 2.0  # at the goal
-    path = tmp_path_factory.mktemp("policy") / "policy.safetensors"
-    save_policy(Policy(action, q, task_hash=task.task_hash), path)
-    return path
 
 
 def play(policy_file, folder, **options):
@@ -53,7 +32,9 @@ def test_results_say_which_goals_the_forecast_went_by(policy_file, tmp_path, goa
     assert (result["decision"], result["goals"]) == ("forecast", goals)
     assert result["trials"] == 40
     rows = list(csv.DictReader((tmp_path / "episodes.csv").open()))
-    assert [len(row["chosen_by"].split()) for row in rows] == [int(row["actions"]) for row in rows]
+    for row in rows:
+        many = len(row["chosen_by"].split())
+        assert many == int(row["actions"]) == len(row["action_failures"].split())
     assert result["successes"] == 40
     assert result["decision_cpu_ms"]["mean"] < 10.0
 
@@ -61,3 +42,26 @@ def test_results_say_which_goals_the_forecast_went_by(policy_file, tmp_path, goa
 def test_what_has_no_motions_is_not_exported(policy_file, tmp_path):
     with pytest.raises(InputError, match="--export"):
         play(policy_file, tmp_path, export=tmp_path / "motions")
+
+
+def test_repetitions_differ_and_results_say_who_always_succeeds(policy_file, tmp_path):
+    result = play(policy_file, tmp_path, starts=30, repeat=3, decision="table")
+    rows = list(csv.DictReader((tmp_path / "episodes.csv").open()))
+    assert len(rows) == result["trials"] == 90
+    by_start = {row["number"]: [] for row in rows}
+    for row in rows:
+        by_start[row["number"]].append(row["success"] == "1")
+    assert result["repeated"]["starts"] == 30 and result["repeated"]["times"] == 3
+    assert result["repeated"]["always"] == sum(map(all, by_start.values()))
+
+
+def test_workers_play_the_same_episodes(policy_file, tmp_path):
+    one = play(policy_file, tmp_path / "1", starts=20, seed=3)
+    two = play(policy_file, tmp_path / "2", starts=20, seed=3, workers=2)
+    assert one["episodes_sha256"] == two["episodes_sha256"]
+
+
+def test_a_scenario_that_there_is_not_is_refused_by_its_option(policy_file, tmp_path):
+    config = Config(policy=policy_file, out=tmp_path, scenario="earthquake")
+    with pytest.raises(InputError, match=r"--scenario: .*earthquake.*push"):
+        main(config, Output(tmp_path, config))

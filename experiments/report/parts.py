@@ -179,7 +179,7 @@ PARTS: Sequence[Part] = (
         "grasping/rewards",
         "Twenty hidden rewards",
         ("grasping", "rewards", "--number", "20"),
-        60,
+        90,
         tables.rewards,
     ),
     Part(
@@ -188,6 +188,14 @@ PARTS: Sequence[Part] = (
         ("grasping", "enough", "--lessons", "200"),
         40,
         tables.enough,
+    ),
+    Part(
+        "grasping/planning",
+        "One trajectory, and labels often wrong: planning",
+        ("grasping", "planning"),
+        5,
+        tables.planning,
+        workers=False,
     ),
     Part(
         "gridworld",

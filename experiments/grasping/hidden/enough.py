@@ -162,6 +162,7 @@ def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
         if not some:
             continue
         ended = [row for row in some if row["stopped"]]
+        told[f"{group}lessons"] = len(some)
         told[f"{group}stopped"] = len(ended)
         told[f"{group}right_share"] = (
             sum(row["right"] for row in ended) / len(ended) if ended else None

@@ -91,7 +91,11 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
         out = Path(command[command.index("--out") + 1])
         out.mkdir(parents=True)
         part = next(p for p in PARTS if p.name == "grasping/enough")
-        (out / RESULT).write_text('{"lessons": 200, "stopped": 190, "right_share": 0.98765432}')
+        (out / RESULT).write_text(
+            '{"lessons": 200, "stopped": 190, "right_share": 0.98765432, "reaches": 7, "unsure": 3,'
+            '"labels_mean": 22.5, "checks": 900, "checks_right": 899, "simple_rules": ['
+            '{"rule": "labels agree", "stopped": 200, "wrong": 20, "labels_mean": 10.25}]}'
+        )
         for name, _ in part.pictures:
             (out / name).write_bytes(b"")
         ran.append(command[2:5])
@@ -109,7 +113,10 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
     kept = Kept(results / "grasping" / "enough")
     assert kept.result["right_share"] == 0.987654
     assert kept.made["command"] == "python -m experiments.grasping enough --lessons 200"
-    assert "ended 190 of 200 lessons" in (tmp_path / "R.md").read_text()
+    text = (tmp_path / "R.md").read_text()
+    assert "ended 190 of 200 lessons" in text
+    assert "| all | 200 | 190 | 98.8 % | 10 | 22.5 |" in text
+    assert "| labels agree | 200 | 20 | 10.2 |" in text
 
 
 def test_every_claim_has_a_part():

@@ -125,7 +125,8 @@ class Fall:
             SimulatorFault: if Drake cannot begin there.
         """
         self._scene = scene
-        self._simulator = Simulator(scene.diagram)
+        with _quiet():
+            self._simulator = Simulator(scene.diagram)
         root = self._simulator.get_mutable_context()
         plant = scene.plant
         self._context = plant.GetMyMutableContextFromRoot(root)
@@ -187,7 +188,7 @@ def _add_plane(plant: MultibodyPlant) -> list[GeometryId]:
     AddRigidHydroelasticProperties(material)
     AddContactMaterial(friction=CoulombFriction(1.0, 1.0), properties=material)
     X_WT = RigidTransform([0.0, 0.0, TABLE_TOP])
-    with _quiet():  # a rigid half-space cannot meet what is deformable, which nothing is here
+    with _quiet():
         return [
             plant.RegisterCollisionGeometry(
                 plant.world_body(), X_WT, HalfSpace(), "table", material
@@ -197,7 +198,7 @@ def _add_plane(plant: MultibodyPlant) -> list[GeometryId]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Drake's warnings back."""
+    """Keep back the warning that a half-space meets nothing deformable, which nothing is here."""
     logger = logging.getLogger("drake")
     level = logger.level
     logger.setLevel(logging.ERROR)

@@ -11,13 +11,14 @@ from typing import Annotated, Any
 
 from tqdm import tqdm
 
-from experiments.bench import kinematics, learning, lessons, max_ent, trials
+from experiments.bench import kinematics, landings, learning, lessons, max_ent, trials
 from experiments.bench.comparison import Peers, Row
 from experiments.kit.command import Output
 from irl.choices import Members, Settings
 
 SUBJECTS: dict[str, Callable[[Peers, int], list[Row]]] = {
     "kinematics": kinematics.rows,
+    "landings": landings.rows,
     "learning": learning.rows,
     "lessons": lessons.rows,
     "max_ent": max_ent.rows,

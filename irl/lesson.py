@@ -88,6 +88,8 @@ class Lesson:
                 if writable:  # only now, since a file of somebody else's stays as it is
                     self._connection.execute("PRAGMA journal_mode = WAL")
                     self._connection.execute("PRAGMA synchronous = FULL")
+                    # Pages: what is written ahead stays smaller than the lesson.
+                    self._connection.execute("PRAGMA wal_autocheckpoint = 200")
         except BaseException:
             self.close()
             raise

@@ -20,7 +20,7 @@ q            end the lesson"""
 
 def teach(desk: Desk) -> None:
     """Ask until the teacher ends the lesson, by ``q`` or by the end of input."""
-    print(HELP)
+    print(f"{desk.world.name}; {desk.student.method} learns\n{HELP}")
     said_enough = False
     while desk.question is not None:
         desk.tick()

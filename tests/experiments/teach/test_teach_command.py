@@ -181,6 +181,7 @@ def test_the_terminal_asks_in_words_and_understands_words(tmp_path, capsys, monk
     path = tmp_path / "o"
     told = run("--terminal", "--learner", "planning", "--out", str(path))
     said = capsys.readouterr().out
+    assert "grid of 5 × 5 cells; planning learns" in said
     assert "column" in said and "row" in said and "Enter" in said
     assert "the cells left of the middle" in said and "taken back" in said
     assert "done: nothing to do here" in said

@@ -7,12 +7,29 @@ from experiments.report.tables import points, share
 
 Results = Mapping[str, dict[str, Any]]
 """Results that are kept, by name of their part."""
+Claim = tuple[str, str, Callable[[dict[str, Any]], str]]
+"""What it says, the part that it rests on, and its figure from that part's result."""
+
+
+def told(claim: Claim, results: Results) -> str | None:
+    """The figure of a claim; None if what it is read from was not measured."""
+    _, name, figure = claim
+    try:
+        return figure(results[name])
+    except LookupError:
+        return None
 
 
 def _row(result: dict[str, Any], **wanted: Any) -> dict[str, Any]:
-    return next(
-        row for row in result["rows"] if all(row[name] == value for name, value in wanted.items())
-    )
+    """The row of a result that has the values wanted.
+
+    Raises:
+        LookupError: if there is none.
+    """
+    for row in result["rows"]:
+        if all(row[name] == value for name, value in wanted.items()):
+            return row
+    raise LookupError(f"no row with {wanted}")
 
 
 def _cell(result: dict[str, Any], method: str, chosen: str) -> dict[str, Any]:
@@ -92,7 +109,7 @@ def _grids(result: dict[str, Any]) -> str:
 
 
 SETS = ("initial", "random", "active")
-CLAIMS: Sequence[tuple[str, str, Callable[[dict[str, Any]], str]]] = (
+CLAIMS: Sequence[Claim] = (
     ("The thesis' network, made anew, and the thesis' own figures", "grasping/table", _thesis),
     ("Our network at 8.11 % of the states", "grasping/table", _ours),
     ("Its share of the demonstrator's very actions, beside the most", "grasping/table", _ties),
@@ -104,4 +121,3 @@ CLAIMS: Sequence[tuple[str, str, Callable[[dict[str, Any]], str]]] = (
     ("Lessons that the learner ends itself", "grasping/enough", _enough),
     ("Grid-worlds", "gridworld", _grids),
 )
-"""Claim, part, and its figure from that part's result."""

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS
-from experiments.report.claims import CLAIMS
+from experiments.report.claims import CLAIMS, told
 from experiments.report.parts import PARTS, Kept, Part
 from irl.choices import Limits, Members, Settings
 from irl.errors import InputError
@@ -98,10 +98,11 @@ def sections(kept: dict[str, Kept], config: Config) -> list[str]:
 def summary(kept: dict[str, Kept]) -> list[str]:
     """The table of claims."""
     lines = ["## In ten lines", "", "| claim | figure | command |", "|---|---|---|"]
-    for claim, name, figure in CLAIMS:
-        part = next(part for part in PARTS if part.name == name)
-        told = figure(kept[name].result) if kept[name].there else "*not measured yet*"
-        lines.append(f"| {claim} | {told} | `{_command(part, kept)}` |")
+    results = {name: each.result for name, each in kept.items() if each.there}
+    for claim in CLAIMS:
+        part = next(part for part in PARTS if part.name == claim[1])
+        figure = told(claim, results) or "*not measured yet*"
+        lines.append(f"| {claim[0]} | {figure} | `{_command(part, kept)}` |")
     return [*lines, ""]
 
 

@@ -29,7 +29,7 @@ def share_of(told: Sequence[float]) -> str:
 
 def points(told: Sequence[float]) -> str:
     """A gain [mean, low, high] in percentage points."""
-    mean, low, high = (f"{100 * value:+.1f}" for value in told)
+    mean, low, high = (f"{round(100 * value, 1) + 0.0:+.1f}" for value in told)
     return f"{mean} [{low}, {high}]"
 
 

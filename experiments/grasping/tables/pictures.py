@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-SETS = {"initial": "the first 981", "random": "asked at random", "active": "asked by entropy"}
+SETS = {"initial": "the first 981", "random": "asked at random", "active": "asked by the learner"}
 """Demonstration sets, in words."""
 COLOURS = {"thesis": "#777777", "fa_mlirl": "#2166ac"}
 NAMES = {"thesis": "the thesis' network, made anew", "fa_mlirl": "the demo's network"}

@@ -8,9 +8,12 @@ ROBOSUITE_LIST := experiments/hold/peers/requirements.txt
 OTHER_DRAKES := 1.50.0 1.48.0 1.44.0 1.38.0 1.32.0
 DRAKE := .venv-drake-
 
-.PHONY: run test lint bench drift hold docs clean
+.PHONY: run teach test lint bench drift hold docs clean
 run: $(VENV)/installed
 	$(BIN)/python -m experiments.demo
+
+teach: $(VENV)/installed
+	$(BIN)/python -m experiments.teach
 
 test: $(VENV)/installed
 	$(BIN)/python -m pytest -n 2 --dist loadfile
@@ -35,7 +38,7 @@ docs: $(VENV)/installed
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,teach]'
 	touch $@
 
 $(PEERS)/installed: $(PEER_LIST)

@@ -13,6 +13,7 @@ The rooms, in reading order:
 * `policy_run`: all of that in one diagram, an episode simulated;
 * `scenarios`: episodes in which things go otherwise, pushed, pulled, noisy, late;
 * `monitor`: what the robot did at most, compared with its limits, and how deep contacts were;
+* `state_view`: a state posed by hand, and how an action would be carried out;
 * `camera`: still pictures of the cell;
 * `contact`: how contact is simulated wherever the gripper meets the cube;
 * `falls`: how a cube that nothing holds lands, blow by blow;

@@ -212,6 +212,10 @@ class Session(ABC):
     def sure(self, states: np.ndarray) -> np.ndarray:
         """Probability that the policy's action will do, float64 ``[len(states)]``."""
 
+    def arrived(self) -> np.ndarray:
+        """Which states it takes for goals, bool ``[n_states]``; none where it does not know."""
+        return np.zeros(self.problem.model.n_states, dtype=bool)
+
     def enough(self) -> Enough:
         """Whether it has learnt enough; here by a stand-in, that the policy stopped changing."""
         return self._settled.enough()

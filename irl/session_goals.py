@@ -154,6 +154,10 @@ class GoalSession(Session):
         sure[acting] = votes(belief, states[acting], action[states[acting]])
         return np.maximum(sure * (1 - ends), ends)
 
+    def arrived(self) -> np.ndarray:
+        """The states that are more likely a goal than not."""
+        return np.asarray(self.learner.arrived)
+
     def enough(self) -> Enough:
         """By its own predictions, and a test of proposals that it did not choose."""
         learner = self.learner

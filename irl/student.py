@@ -97,6 +97,7 @@ class Learnt:
         sure: probability that the policy's action will do, float32 ``[n_states]``, 0 where nothing
             can be done.
         error: why the round could not be done; empty if it was.
+        arrived: states that it takes for goals, bool ``[n_states]``.
     """
 
     k: int
@@ -106,6 +107,7 @@ class Learnt:
     enough: Enough
     sure: np.ndarray
     error: str = ""
+    arrived: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
 class Student:
@@ -142,4 +144,5 @@ class Student:
             session.propose(config.queue),
             session.enough(),
             sure,
+            arrived=session.arrived(),
         )

@@ -66,6 +66,10 @@ class Timeline:
         """Commanded opening [m], ``t`` seconds after the start."""
         return self._width[self._part(t)]
 
+    def starts(self, part: int) -> float:
+        """When a part of the plan starts, by its place in it [s]."""
+        return self._starts[1 + part]
+
     def watch(self, t: float) -> Watch:
         """What is watched ``t`` seconds after the start; nothing before it and after the end."""
         number = self._part(t) - 1

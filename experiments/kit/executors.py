@@ -67,7 +67,7 @@ def start_workers(workers: int, cluster: str = "") -> Iterator[Workers]:
             yield running
         return
     context = _Undisturbed()
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=end_with_parent) as pool:
         try:
             yield Workers(pool, lambda: workers)
         except BaseException as error:
@@ -140,7 +140,7 @@ def run_jobs(
             yield job, outcome
 
 
-class _Worker(SpawnProcess):
+class WorkerProcess(SpawnProcess):
     """A process that Ctrl-C does not reach, though it does all that share a terminal."""
 
     def start(self) -> None:
@@ -158,10 +158,10 @@ class _Undisturbed(SpawnContext):
 
     def __init__(self) -> None:
         super().__init__()
-        self._started: list[_Worker] = []
+        self._started: list[WorkerProcess] = []
 
-    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]
-        worker = _Worker(*args, **options)
+    def Process(self, *args: Any, **options: Any) -> WorkerProcess:  # type: ignore[override]
+        worker = WorkerProcess(*args, **options)
         self._started.append(worker)
         return worker
 
@@ -172,7 +172,7 @@ class _Undisturbed(SpawnContext):
                 worker.kill()
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """End this process when the one that started it is killed, rather than wait for it forever."""
     parent = parent_process()
     assert parent is not None

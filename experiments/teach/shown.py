@@ -138,8 +138,10 @@ class Reasons:
         return float(self._learnt.sure[state])
 
     def proposed(self, state: int) -> int | None:
-        """The policy's choice."""
+        """The policy's choice; `DONE` in what is taken for a goal."""
         assert self._learnt.policy is not None
+        if self._learnt.arrived.size and self._learnt.arrived[state]:
+            return DONE
         action = int(self._learnt.policy.action[state])
         return None if action < 0 else action
 

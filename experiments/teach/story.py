@@ -47,6 +47,13 @@ class Config(Settings):
     of the others it is said when their policy stopped changing."""
     terminal: bool = False
     """Ask in the terminal, in place of a page in the browser."""
+    host: str = "127.0.0.1"
+    """The address that the page is bound to. Elsewhere than on this machine it asks for a token,
+    which is in the address that is printed."""
+    port: Annotated[int, Limits(0, 65535)] = 8080
+    """The port of the page; 0 takes any that is free."""
+    browser: bool = True
+    """Whether to open the page in the browser."""
     script: Path | None = None
     """A file of answers and other commands, as JSON lines, in place of a person."""
     oracle: Annotated[int, Limits(0, 100_000)] = 0
@@ -82,7 +89,7 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     path = config.lesson or output.folder / LESSON
     with open_lesson(world, config, path) as lesson:
         if not (config.terminal or config.script or config.oracle):
-            raise InputError("there is no page yet; give --terminal, --script or --oracle")
+            return in_the_browser(world, config, lesson, output)
         _on_one_thread()
         student = Student(world.subject, config_of(lesson, world.subject), lesson.initial)
         learner = (
@@ -97,6 +104,42 @@ def main(config: Config, output: Output) -> dict[str, Any]:
         else:
             teach(desk)
         return finished(desk, output) | {"conflicts": plain(conflicts)}
+
+
+def in_the_browser(world: World, config: Config, lesson: Lesson, output: Output) -> dict[str, Any]:
+    """Teach in a page until the program is interrupted.
+
+    Raises:
+        InputError: if what the page needs is not installed, or its address is taken.
+    """
+    try:
+        from experiments.teach.page.server import (  # noqa: PLC0415 - an optional extra
+            Address,
+            Subject,
+            serve,
+        )
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"the page needs {error.name}: pip install 'active-advice-irl[teach]', or give "
+            "--terminal"
+        ) from None
+    if config.synchronous:  # then it is the server that learns
+        _on_one_thread()
+    again = (grid_world, (config.grid,)) if config.grid else (robot_world, (config.task,))
+    subject = Subject(world, *again)
+    conflicts: list = []
+
+    def prepare(desk: Desk) -> None:
+        conflicts.extend(take_in(desk, config.demonstrations, config.advice, config.merge))
+
+    desk = serve(
+        subject,
+        lesson,
+        DeskConfig(config.synchronous, config.hold_out),
+        Address(config.host, config.port, config.browser),
+        prepare,
+    )
+    return finished(desk, output, wait=False) | {"conflicts": plain(conflicts)}
 
 
 def open_lesson(world: World, config: Config, path: Path) -> Lesson:
@@ -132,9 +175,10 @@ def run_script(desk: Desk, path: Path) -> None:
     settle(desk)
 
 
-def finished(desk: Desk, output: Output) -> dict[str, Any]:
-    """Write what came of a lesson, and tell it."""
-    settle(desk)
+def finished(desk: Desk, output: Output, *, wait: bool = True) -> dict[str, Any]:
+    """Write what came of a lesson, and tell it; with ``wait`` once all that was said is learnt."""
+    if wait:
+        settle(desk)
     export(desk, output)
     told = report(desk)
     show_report(desk.world, told)

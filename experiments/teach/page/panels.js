@@ -1,0 +1,183 @@
+// What stands below the question. Words from the server are shown as text.
+const TABS = [
+  { key: "f", name: "Last answer" }, { key: "a", name: "Advice" },
+  { key: "g", name: "Progress" }, { key: "h", name: "What you said" }, { key: "c", name: "Keys" },
+];
+const KEYS = [
+  ["arrows", "choose an action"], ["1 2 3", "my favourites"], ["space", "preview it"],
+  ["enter", "answer"],
+  ["d", "choose: nothing to do here"], ["u", "take back the last thing said"], ["s", "skip this question for good"],
+  ["n", "ask me something else"], ["t", "robot: go on by yourself to the goal"],
+  ["p", "play the policy in physics; pause; hand back"], ["esc", "stop; leave a panel"],
+  ["f a g h c", "these panels"], ["tab", "within a panel"],
+];
+const STATES = ["", "prefer", "avoid"];
+
+export default {
+  template: `
+  <section class="panels own-keys" data-teach="panels">
+    <nav role="tablist"><button v-for="each in tabs" role="tab" :aria-selected="tab === each.key" :data-tab="each.key"
+        @click="open(each.key)"><kbd>{{ each.key }}</kbd> {{ each.name }}</button></nav>
+
+    <div v-if="tab === 'f'" class="pane" data-teach="given">
+      <div v-if="!panels.given.words" class="soft">
+        <p>I know what comes of my actions, and nothing of what you want. Show me:</p>
+        <p>1. Choose an action with the arrow keys or the mouse. <kbd>space</kbd> previews it.</p>
+        <p>2. <kbd>enter</kbd> tells me. I do it, and ask about the state that it led to.</p>
+        <p>3. Once things are as you want them: <kbd>d</kbd> <kbd>enter</kbd>, nothing to do here.</p>
+        <p>After one such trajectory I begin to guess, and ask where your answer tells me most.</p>
+      </div>
+      <template v-else>
+        <p><b>{{ panels.given.words }}</b></p>
+        <p data-teach="settled">{{ settled }}</p>
+        <template v-if="panels.given.follows?.length">
+          <p>I take this to follow, in {{ panels.given.count }} states. Untick what does not:</p>
+          <div class="pictures">
+            <label v-for="(each, i) in panels.given.follows" class="follow" :class="{off: off[i]}">
+              <input type="checkbox" :checked="!off[i]" @change="off[i] = !off[i]">
+              <span v-html="each.picture"></span>{{ each.what }}</label>
+          </div>
+          <button data-do="exclude" @click="exclude" :disabled="!off.some((x) => x)">Those do not follow</button>
+        </template>
+        <p v-if="panels.given.excluded">{{ panels.given.excluded }} labels were refused.</p>
+      </template>
+    </div>
+
+    <div v-if="tab === 'a'" class="pane" data-teach="advice">
+      <p class="soft">Advice holds in many states at once. Choose what they have in common:</p>
+      <div class="chips clusters"><button v-for="each in panels.clusters" :aria-pressed="chosen.includes(each.name)"
+          :data-cluster="each.name" @click="pick(each.name)">{{ each.words }} <small>{{ each.count }}</small></button></div>
+      <template v-if="group">
+        <p data-teach="group">In every state where <b>{{ group.words }}</b> (<span data-teach="count">{{ group.count.toLocaleString("en") }}</span>):</p>
+        <div class="pictures small"><span v-for="each in group.pictures" v-html="each"></span></div>
+        <div class="chips actions"><button v-for="each in group.actions" :class="STATES[advice[each.a] ?? 0]"
+            :data-advise="each.a" :title="STATES[advice[each.a] ?? 0] || 'neither'" @click="turn(each.a)">
+            {{ {prefer: "+ ", avoid: "− "}[STATES[advice[each.a] ?? 0]] ?? "" }}{{ each.w }}</button></div>
+        <p v-if="against" class="warn" data-teach="against">{{ against }} of your answers there show what you now avoid.</p>
+        <button data-do="advise" class="go" @click="advise" :disabled="!group.count">Give this advice</button>
+      </template>
+    </div>
+
+    <div v-if="tab === 'g'" class="pane" data-teach="progress">
+      <p :class="{enough: progress.enough}" data-teach="enough"><b v-if="progress.enough">I have learnt enough, because </b>{{ progress.reason }}<span v-if="progress.standsIn" class="soft"> (this only says that the policy stopped changing)</span></p>
+      <p v-if="progress.error" class="warn">{{ progress.error }}</p>
+      <div class="charts">
+        <figure v-for="curve in progress.curves"><figcaption>{{ curve.name }}: {{ Math.round(100 * last(curve)) }} %</figcaption>
+          <svg viewBox="0 0 160 60" preserveAspectRatio="none"><path class="axis" d="M0,59.5 H160 M0,0.5 H160"/>
+            <polyline class="curve" :points="line(curve.points)" data-teach="curve"/></svg></figure>
+        <figure v-if="progress.episodes.length"><figcaption>questions an episode</figcaption>
+          <svg viewBox="0 0 160 60" preserveAspectRatio="none"><path class="axis" d="M0,59.5 H160"/>
+            <g v-for="(each, i) in episodes"><rect class="all" :x="each.x" :y="60 - each.steps" :width="each.w" :height="each.steps"/>
+            <rect class="asked" :x="each.x" :y="60 - each.asked" :width="each.w" :height="each.asked"/></g></svg></figure>
+      </div>
+      <p class="soft">{{ progress.answers }} answers, {{ progress.rounds }} rounds of learning with {{ progress.learner }}<span v-if="progress.learning"> · learning …</span></p>
+      <label><input type="checkbox" :checked="state.alone" data-do="alone" @change="say({kind: 'alone', on: $event.target.checked})">
+        act on your own while you are sure</label>
+      <button data-do="begin" @click="say({kind: 'begin'})">A new trajectory from the start</button>
+    </div>
+
+    <div v-if="tab === 'h'" class="pane" data-teach="said">
+      <p v-if="!panels.said.length" class="soft">Nothing yet.</p>
+      <div v-for="each in panels.said" class="line" :key="each.number">
+        <span class="num">{{ each.number }}</span>
+        <span><b>{{ each.what }}</b> <span class="soft">{{ each.where }}</span> <em v-if="each.note">{{ each.note }}</em></span>
+        <select v-if="edited?.number === each.number" :value="each.action" :data-edit="each.number"
+            aria-label="change this answer" @change="edit(each.number, $event.target.value)">
+          <option v-for="one in edited.options" :value="one.a">{{ one.w }}</option></select>
+        <button v-else-if="each.editable" :data-change="each.number" @click="say({kind: 'options', number: each.number})">
+          change</button>
+      </div>
+    </div>
+
+    <div v-if="tab === 'c'" class="pane keys"><div v-for="[key, what] in KEYS"><kbd>{{ key }}</kbd> {{ what }}</div></div>
+  </section>`,
+  props: { panels: Object, progress: Object, state: Object },
+  data() {
+    return { tab: "f", tabs: TABS, KEYS, STATES, chosen: [], group: null, advice: {}, off: [], edited: null };
+  },
+  computed: {
+    settled() {
+      const g = this.panels.given;
+      const sure = Math.round(100 * g.sure);
+      if (!g.had) return "I had no idea yet. " + (g.learnt ?? "I am learning from it …");
+      const before = g.agreed ? `I would have done the same, and was ${sure} % sure. `
+        : `I would have done something else (${g.had}), and was ${sure} % sure. `;
+      return before + (g.learnt ?? "I am learning from it …");
+    },
+    against() {
+      const bad = (this.group?.actions ?? []).filter((each) => STATES[this.advice[each.a] ?? 0] === "avoid");
+      return bad.reduce((sum, each) => sum + each.shown, 0);
+    },
+    episodes() {
+      const all = this.progress.episodes.slice(-40), top = Math.max(4, ...all.map((e) => e.steps));
+      const w = 160 / Math.max(all.length, 8);
+      return all.map((e, i) => ({ x: i * w + 1, w: w - 2, asked: (58 * e.asked) / top, steps: (58 * e.steps) / top }));
+    },
+  },
+  watch: {
+    "panels.given.number"() {
+      this.off = [];
+    },
+  },
+  mounted() {
+    this.onTab = (event) => this.open(event.detail, true);
+    this.onTold = (event) => this.told(event.detail);
+    window.addEventListener("teach-tab", this.onTab);
+    window.addEventListener("teach-told", this.onTold);
+  },
+  unmounted() {
+    window.removeEventListener("teach-tab", this.onTab);
+    window.removeEventListener("teach-told", this.onTold);
+  },
+  methods: {
+    say(message) {
+      window.teach?.say(message);
+    },
+    open(key, focus) {
+      this.tab = key;
+      if (focus)
+        this.$nextTick(() => (this.$el.querySelector(".pane :is(button, input, select)")
+          ?? this.$el.querySelector("nav [aria-selected=true]")).focus());
+    },
+    pick(name) {
+      this.chosen = this.chosen.includes(name) ? this.chosen.filter((x) => x !== name) : [...this.chosen, name];
+      if (!this.chosen.length) this.group = null;
+      else this.say({ kind: "group", names: this.chosen });
+    },
+    edit(number, action) {
+      this.say({ kind: "edit", number, action: Number(action) });
+      this.edited = null;
+    },
+    told(reply) {
+      if (reply.edited) {
+        this.edited = reply.edited;
+        this.$nextTick(() => this.$el.querySelector("[data-edit]")?.focus());
+      }
+      if (!reply.group) return;
+      this.group = reply.group;
+      this.advice = {};
+      for (const a of reply.group.preferred) this.advice[a] = 1;
+      for (const a of reply.group.avoided) this.advice[a] = 2;
+    },
+    turn(action) {
+      this.advice = { ...this.advice, [action]: ((this.advice[action] ?? 0) + 1) % 3 };
+    },
+    of(state) {
+      return this.group.actions.map((each) => each.a).filter((a) => STATES[this.advice[a] ?? 0] === state);
+    },
+    advise() {
+      this.say({ kind: "advise", cluster: this.group.expression, preferred: this.of("prefer"), avoided: this.of("avoid") });
+    },
+    exclude() {
+      const pairs = this.panels.given.follows.filter((_, i) => this.off[i]).map((each) => each.pair);
+      this.say({ kind: "exclude", number: this.panels.given.number, pairs });
+    },
+    last(curve) {
+      return curve.points.at(-1)[1];
+    },
+    line(points) {
+      const most = Math.max(1, ...points.map((p) => p[0]));
+      return points.map(([x, y]) => `${((160 * x) / most).toFixed(1)},${(59 - 58 * y).toFixed(1)}`).join(" ");
+    },
+  },
+};

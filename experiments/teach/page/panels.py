@@ -1,0 +1,208 @@
+"""What stands beside the question: what was settled, what follows, advice, progress, what was said.
+
+Everything is plain values, as JSON has them; the browser shows every word as text.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from experiments.teach.desk import Desk
+from experiments.teach.worlds import World
+from irl.clusters import AND
+from irl.lesson_events import (
+    DONE,
+    Acted,
+    Advised,
+    Answered,
+    Cluster,
+    Event,
+    Excluded,
+    Imported,
+    Result,
+    Round,
+    Skipped,
+    Undo,
+)
+from irl.policy import Policy
+
+Plain = dict[str, Any]
+
+PICTURES = 6
+"""Of member states, and of what rules will label too, so many are shown."""
+LAST = 40
+"""So many of the last things said are shown."""
+_CURVES = {
+    "predicted_success": "I expect to reach the goal",
+    "predicted_accuracy": "I expect to act as you would",
+    "changed": "states where I changed my mind",
+}
+
+
+def some(items: Sequence[Any], count: int = PICTURES) -> list[Any]:
+    """A few of many, spread evenly."""
+    if len(items) <= count:
+        return list(items)
+    return [items[i] for i in np.linspace(0, len(items) - 1, count).round().astype(int)]
+
+
+def progress(desk: Desk) -> Plain:
+    """How far the learner is: curves over the answers, and questions an episode."""
+    answers = rounds = 0
+    upto: dict[int, int] = {}
+    curves: dict[str, list[tuple[int, float]]] = {name: [] for name in _CURVES}
+    asked: Counter[int] = Counter()
+    steps: Counter[int] = Counter()
+    for event in desk.lesson.events:
+        if isinstance(event, Answered):
+            answers += 1
+            asked[event.trajectory] += 1
+            steps[event.trajectory] += 1
+        elif isinstance(event, Acted):
+            asked[event.trajectory] += 0
+            steps[event.trajectory] += 1
+        elif isinstance(event, Round):
+            upto[event.k] = answers
+        elif isinstance(event, Result):
+            rounds += 1
+            for name, points in curves.items():
+                value = event.told.get(name)
+                if isinstance(value, int | float):
+                    points.append((upto.get(event.k, answers), float(value)))
+    enough = desk.enough
+    return {
+        "answers": answers,
+        "rounds": rounds,
+        "learning": desk.rounds.running is not None,
+        "curves": [
+            {"name": _CURVES[name], "points": points} for name, points in curves.items() if points
+        ],
+        "episodes": [
+            {"asked": asked[run], "steps": steps[run]} for run in sorted(steps) if steps[run] > 1
+        ],
+        "enough": enough.enough,
+        "reason": enough.reason,
+        "standsIn": enough.stands_in,
+        "error": desk.rounds.error,
+        "learner": desk.student.method,
+    }
+
+
+def difference(before: Policy, after: Policy | None) -> str:
+    """What learning from an answer changed, in words."""
+    if after is None:
+        return ""
+    other = int((before.action != after.action).sum())
+    return (
+        f"Having learnt from it, I do something else in {other:,} of {after.action.size:,} states."
+    )
+
+
+def said(desk: Desk) -> list[Plain]:
+    """The last things said that hold, newest first."""
+    world, told = desk.world, []
+    undone = {e.of for e in desk.lesson.events if isinstance(e, Undo)}
+    for number in range(len(desk.lesson.events), 0, -1):
+        event = desk.lesson.events[number - 1]
+        words = None if number in undone else _words(world, desk, number, event)
+        if words is not None:
+            told.append({"number": number, **words})
+            if len(told) == LAST:
+                break
+    return told
+
+
+def _words(world: World, desk: Desk, number: int, event: Event) -> Plain | None:
+    if isinstance(event, Answered):
+        now = desk.taught.answers.get(number, event)
+        return {
+            "what": world.say_action(now.action),
+            "where": world.say_state(event.state),
+            "action": now.action,
+            "editable": True,
+            "note": "" if event.purpose == "learn" else event.purpose.replace("_", " "),
+        }
+    if isinstance(event, Acted):
+        what = f"{world.say_action(event.action)} (on my own)"
+        return {"what": what, "where": world.say_state(event.state)}
+    if isinstance(event, Advised):
+        parts = [("prefer", event.preferred), ("avoid", event.avoided)]
+        told = [
+            f"{verb} {', '.join(map(world.say_action, some_))}" for verb, some_ in parts if some_
+        ]
+        return {"what": "; ".join(told) or "no advice", "where": name_of(world, event.cluster)}
+    if isinstance(event, Cluster):
+        return {"what": "a new group of states", "where": name_of(world, event.cluster)}
+    if isinstance(event, Excluded):
+        return {"what": f"{len(event.pairs)} that do not follow", "where": "from an answer"}
+    if isinstance(event, Skipped):
+        return {"what": "skipped", "where": world.say_state(event.state)}
+    if isinstance(event, Imported):
+        return {"what": "taken from a file", "where": event.source}
+    return None
+
+
+def options(desk: Desk, number: int) -> Plain:
+    """What an earlier answer may be changed to."""
+    answer = desk.taught.answers.get(number)
+    if answer is None:
+        return {"number": number, "options": []}
+    world = desk.world
+    feasible = (*world.model.actions_of(answer.state).tolist(), DONE)
+    return {"number": number, "options": [{"a": a, "w": world.say_action(a)} for a in feasible]}
+
+
+def name_of(world: World, cluster: str) -> str:
+    """A cluster, or an intersection, in words."""
+    return ", and ".join(world.cluster_words(part) for part in cluster.split(AND))
+
+
+def clusters(desk: Desk) -> list[Plain]:
+    """What advice may be about."""
+    world = desk.world
+    return [
+        {"name": name, "words": world.cluster_words(name), "count": len(states)}
+        for name, states in world.clusters.items()
+    ]
+
+
+def group(desk: Desk, names: Sequence[str], picture: Callable[[int], str]) -> Plain:
+    """A cluster or an intersection: how many states, some of them, and what was shown there."""
+    world, expression = desk.world, AND.join(names)
+    states = desk.members(expression)
+    inside = np.zeros(world.model.n_states, dtype=bool)
+    inside[states] = True
+    acting = states[world.model.widths[states] > 0]
+    shown = Counter(
+        answer.action for answer in desk.taught.answers.values() if inside[answer.state]
+    )
+    feasible = world.model.mask[acting].any(axis=0)
+    last = [each for each in desk.taught.advised if each.cluster == expression]
+    return {
+        "expression": expression,
+        "words": name_of(world, expression),
+        "count": int(states.size),
+        "pictures": [picture(int(s)) for s in some(states.tolist())],
+        "actions": [
+            {"a": int(a), "w": world.say_action(int(a)), "shown": shown[int(a)]}
+            for a in np.flatnonzero(feasible)
+        ],
+        "answers": sum(shown.values()),
+        "preferred": [int(a) for a in last[-1].preferred] if last else [],
+        "avoided": [int(a) for a in last[-1].avoided] if last else [],
+    }
+
+
+def follows(world: World, given: tuple, picture: Callable[[int], str]) -> list[Plain]:
+    """Pictures of what rules will label as well, some of many."""
+    return [
+        {
+            "pair": [state, action],
+            "picture": picture(state),
+            "what": world.say_action(action),
+            "where": world.say_state(state),
+        }
+        for state, action in some(given)
+    ]

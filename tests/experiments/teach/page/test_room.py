@@ -1,0 +1,225 @@
+"""One lesson for all windows, without a browser: what they say, and what comes of it."""
+
+import asyncio
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("nicegui")
+
+from experiments.teach.desk import Desk, DeskConfig
+from experiments.teach.page.board import Board, grid_reasons
+from experiments.teach.page.motions import GridMotions
+from experiments.teach.page.playing import DOUBTS, PAUSED, PAUSING, PLAYING, Playing
+from experiments.teach.page.room import Room
+from experiments.teach.rounds import LocalLearner
+from experiments.teach.students import student_config
+from experiments.teach.worlds import grid_world
+from irl.lesson import Lesson
+from irl.lesson_events import Acted, Advised, Answered, Result, Undo
+from irl.lesson_replay import began, replay
+from irl.student import Student
+
+SIDE, GOAL = 5, 12
+
+
+@pytest.fixture(scope="module")
+def world():
+    return grid_world(SIDE)
+
+
+def begin(world, path, learner="goal_posterior", *, synchronous=False):
+    config = student_config(learner, 0, grid=True)
+    lesson = Lesson.begin(path, began(world.subject, config))
+    student = Student(world.subject, config, lesson.initial)
+    return Desk(world, lesson, LocalLearner(student), DeskConfig(synchronous))
+
+
+def enter(desk):
+    motions = GridMotions(desk.world, lambda: None)
+    return Room(desk, Board(desk.world, grid_reasons), motions)
+
+
+def right(world, question):
+    """What the oracle would do, the favourite if that is as good."""
+    if question.state == GOAL:
+        return -1
+    good = np.flatnonzero(world.oracle.optimal_actions[question.state]).tolist()
+    return question.proposed if question.proposed in good else good[0]
+
+
+def events(desk, kind):
+    return [event for event in desk.lesson.events if isinstance(event, kind)]
+
+
+async def say(room, token, **message):
+    reply = room.hear({"id": f"m{token}", **message})
+    await room.motions.wait()
+    return reply
+
+
+def test_a_synchronous_page_learns_what_the_desk_learns_and_the_replay(world, tmp_path):
+    async def by_the_page():
+        desk = begin(world, tmp_path / "page.db", synchronous=True)
+        room = enter(desk)
+        for number in range(14):
+            asked = desk.question
+            await say(room, number, kind="answer", question=asked.token, action=right(world, asked))
+        return desk
+
+    desk = begin(world, tmp_path / "desk.db", synchronous=True)
+    for _ in range(14):
+        desk.answer(desk.question.token, right(world, desk.question))
+    page = asyncio.run(by_the_page())
+    hashes = [[event.policy_hash for event in events(each, Result)] for each in (page, desk)]
+    assert hashes[0] == hashes[1]
+    assert len(hashes[0]) > 5
+    assert replay(page.lesson, world.subject).policy_hash == hashes[0][-1]
+
+
+def test_a_message_counts_once_and_nonsense_not_at_all(world, tmp_path):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        asked = desk.question
+        answer = {"kind": "answer", "question": asked.token, "action": right(world, asked)}
+        answer["seconds"] = "nan"
+        for _ in range(3):
+            await say(room, 1, **answer)
+        await say(room, 2, **answer)  # in other clothes
+        assert events(desk, Answered)[0].seconds == 0.0
+        assert len(events(desk, Answered)) == 1
+        before = len(desk.lesson.events)
+        for number, message in enumerate(
+            (
+                {"kind": "answer", "question": desk.question.token, "action": "up"},
+                {"kind": "answer", "question": desk.question.token, "action": 99},
+                {"kind": "answer", "question": desk.question.token},
+                {"kind": "exclude", "number": 1, "pairs": [[1]]},
+                {"kind": "advise", "cluster": "../../etc/passwd", "preferred": [], "avoided": []},
+                {"kind": "group", "names": ["<b>"]},
+                {"kind": "__class__"},
+                {"kind": "hear"},
+                {},
+            )
+        ):
+            assert await say(room, f"x{number}", **message) == {}
+        assert room.hear({"kind": "undo"}) == {}  # without a token of its own
+        assert len(desk.lesson.events) == before
+        await say(room, 3, kind="undo")
+        assert len(events(desk, Undo)) == 1
+
+    asyncio.run(lead())
+
+
+def test_advice_counts_the_answers_that_say_otherwise(world, tmp_path):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        asked = desk.question
+        action = right(world, asked)
+        await say(room, 1, kind="answer", question=asked.token, action=action)
+        name = next(n for n, states in world.clusters.items() if asked.state in states)
+        group = (await say(room, 2, kind="group", names=[name]))["group"]
+        assert group["count"] == len(world.clusters[name])
+        shown = {each["a"]: each["shown"] for each in group["actions"]}
+        assert shown[action] == 1
+        assert sum(shown.values()) == 1
+        await say(room, 3, kind="advise", cluster=name, preferred=[], avoided=[action])
+        assert "1 of your answers" in room.snapshot()["state"]["note"]
+        assert events(desk, Advised)[0].avoided == [action]
+
+    asyncio.run(lead())
+
+
+def test_the_robot_acts_alone_while_it_is_sure_and_asks_in_doubt(world, tmp_path):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        for number in range(25):
+            asked = desk.question
+            await say(room, number, kind="answer", question=asked.token, action=right(world, asked))
+            for _ in range(200):
+                if room.snapshot()["state"]["phase"] == "asking":
+                    break
+                await asyncio.sleep(0.02)
+        acted = events(desk, Acted)
+        assert acted
+        good = world.oracle.optimal_actions
+        assert np.mean([good[each.state, each.action] for each in acted]) > 0.9
+        assert GOAL not in [each.state for each in acted]  # it stops there
+        asked = [each["asked"] for each in room.snapshot()["progress"]["episodes"]]
+        assert asked[-1] < asked[0]
+
+    asyncio.run(lead())
+
+
+class FakeLink:
+    """In place of a process that simulates."""
+
+    pid, starts = 1, 1
+
+    def __init__(self):
+        self.told = []
+
+    def tell(self, message):
+        self.told.append(message)
+
+    def restart(self):
+        self.told.append("restart")
+
+
+def playing_on(world, path):
+    desk = begin(world, path)
+    while desk.policy is None:
+        desk.answer(desk.question.token, right(world, desk.question))
+    playing = Playing(desk, SimpleNamespace(frame=lambda posture: None, caption=""), lambda: None)
+    playing._link = FakeLink()
+    playing.phase = PLAYING
+    return desk, playing
+
+
+def test_a_playing_policy_is_paused_corrected_and_handed_back(world, tmp_path):
+    desk, playing = playing_on(world, tmp_path / "lesson.db")
+    told = playing._link.told
+    desk.learnt.sure[:] = 1.0
+    playing._hear(("decides", 7))
+    assert told == [-1]  # by itself
+    playing.toggle()
+    assert playing.phase == PAUSING
+    playing._hear(("decides", 8))
+    assert playing.phase == PAUSED
+    assert (playing.question.state, told) == (8, [-1])  # it waits
+    before = len(events(desk, Answered))
+    playing.correct("another token", 0)
+    assert told == [-1]
+    token = playing.question.token
+    playing.correct(token, 1)
+    playing.correct(token, 1)
+    assert told == [-1, 1]
+    playing._hear(("decides", 13))
+    playing.correct(playing.question.token, 2)
+    playing._hear(("decides", 12))
+    playing.toggle()
+    assert (playing.phase, told) == (PLAYING, [-1, 1, 2, -1])
+    first, second = events(desk, Answered)[before:]
+    assert [(a.state, a.action) for a in (first, second)] == [(8, 1), (13, 2)]
+    assert second.trajectory == first.trajectory  # one run, corrected twice
+
+
+def test_a_playing_policy_asks_in_doubt_and_ends(world, tmp_path):
+    desk, playing = playing_on(world, tmp_path / "lesson.db")
+    desk.learnt.sure[:] = 1.0
+    desk.learnt.sure[8] = 0.2
+    playing._hear(("decides", 8))
+    assert playing.phase == DOUBTS
+    playing.correct(playing.question.token, 1)
+    assert (playing.phase, playing._link.told) == (PLAYING, [1])  # and goes on
+    playing._hear(("over", "goal", True))
+    assert not playing.phase
+    assert "goal" in playing.told
+    playing.phase = PLAYING
+    playing.stop()
+    assert playing._link.told[-1] == "restart"
+    assert not playing.phase

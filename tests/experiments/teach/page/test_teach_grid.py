@@ -1,0 +1,155 @@
+"""The page, as a person uses it to teach the grid: by the keyboard, in a real browser."""
+
+import json
+import time
+
+import pytest
+
+pytest.importorskip("nicegui")
+
+SIDE = 7
+GOAL = 24  # the middle of the grid
+ARROWS = {"ArrowRight": 0, "ArrowUp": 1, "ArrowLeft": 2, "ArrowDown": 3}
+
+
+def towards_the_goal(state, favourite=None):
+    """A key that leads nearer to the goal, the favourite's if it does; None there."""
+    (y, x), (gy, gx) = divmod(state, SIDE), divmod(GOAL, SIDE)
+    good = [
+        key for key, far in zip(ARROWS, (gx - x, gy - y, x - gx, y - gy), strict=True) if far > 0
+    ]
+    return next((key for key in good if str(ARROWS[key]) == favourite), good[0] if good else None)
+
+
+def teach_once(one):
+    """Answer one question by the keyboard alone."""
+    token = one.asked("token")
+    key = towards_the_goal(int(one.asked("state")), one.asked("favourite"))
+    one.press(key or "d")
+    wanted = str(ARROWS.get(key, -1))
+    one.wait_for(
+        "([a, t]) => { const q = document.querySelector('[data-teach=question]').dataset;"
+        " return q.chosen === a || q.token !== t }",
+        wanted,
+        token,
+    )
+    if one.asked("token") == token:  # else the robot went on by itself
+        one.press("Enter")
+        one.wait_for_another(token)
+
+
+def teach_a_trajectory(one):
+    while int(one.asked("state")) != GOAL:
+        teach_once(one)
+    teach_once(one)
+
+
+def wait_for_learning(one, rounds=1):
+    one.press("g")
+    one.wait_for(
+        "([n]) => +(document.querySelector('[data-teach=progress]')?.innerText"
+        ".match(/(\\d+) rounds/)?.[1] ?? 0) >= n",
+        rounds,
+    )
+    one.press("Escape")
+
+
+def test_the_tutorial_from_the_first_question_until_it_is_enough(teaching, window):
+    lesson = teaching("--grid", str(SIDE)).start()
+    one = window(lesson.url)
+    assert "What should the robot do here?" in one.read("question")
+    assert "row" in one.read("words")
+    assert one.asked("favourite") is None  # it has learnt nothing yet
+    teach_a_trajectory(one)
+    wait_for_learning(one)
+    for _ in range(200):
+        if "enough, because" in one.read("enough"):
+            break
+        if one.phase == "acting":
+            time.sleep(0.1)
+        else:
+            teach_once(one)
+    assert "I have learnt enough, because" in one.read("enough")
+    curve = one.page.get_attribute("[data-teach=curve]", "points")
+    assert len(curve.split()) > 2
+    results = [json.loads(body) for body in lesson.events("result")]
+    assert results[-1]["told"]["enough"]
+    assert not one.errors
+    assert not one.abroad
+
+
+def test_what_was_said_is_taken_back_and_changed(teaching, window):
+    lesson = teaching("--grid", str(SIDE)).start()
+    one = window(lesson.url)
+    first, state = one.asked("token"), one.asked("state")
+    teach_once(one)
+    one.wait_until_asked()
+    second = one.asked("token")
+    one.press("u")
+    one.wait_for_another(second)
+    assert one.asked("state") == state  # asked again
+    assert one.asked("token") != first
+    teach_once(one)
+    one.press("h", "Enter")  # the first button there: change the last answer
+    one.page.wait_for_selector("[data-edit]")
+    number = int(one.page.get_attribute("[data-edit]", "data-edit"))
+    one.page.select_option("[data-edit]", "-1")
+    one.wait_for("() => !document.querySelector('[data-edit]')")
+    for _ in range(100):
+        if lesson.events("edit"):
+            break
+        time.sleep(0.05)
+    assert json.loads(lesson.events("edit")[0]) == {"of": number, "changes": {"action": -1}}
+    assert len(lesson.events("undo")) == 1
+    assert not one.errors
+
+
+def test_a_reload_a_second_window_and_a_lost_connection_lose_nothing(teaching, window):
+    lesson = teaching("--grid", str(SIDE)).start()
+    one = window(lesson.url)
+    teach_once(one)
+    one.page.reload()  # while it learns
+    one.page.wait_for_selector("[data-token]")
+    token = one.asked("token")
+    two = window(lesson.url)
+    assert two.asked("token") == token
+    one.page.wait_for_function("window.did_handshake")
+    one.wait_until_asked()
+    teach_once(one)
+    two.wait_for_another(token)
+    two.wait_until_asked()
+    assert two.asked("token") == one.asked("token")
+
+    one.page.evaluate("window.socket.disconnect()")
+    said = len(lesson.events("answered"))
+    key = towards_the_goal(int(one.asked("state"))) or "d"
+    one.press(key, "Enter", "Enter")  # into the void
+    time.sleep(5)
+    assert len(lesson.events("answered")) == said
+    token = one.asked("token")
+    one.page.evaluate("window.socket.connect()")
+    one.wait_for_another(token)
+    assert len(lesson.events("answered")) == said + 1
+    assert not two.errors
+
+
+def test_markup_is_text_and_motions_have_keys(teaching, window):
+    lesson = teaching("--grid", str(SIDE)).start()
+    one = window(lesson.url)
+    one.page.evaluate("window.teach.say({kind: 'group', names: ['<img src=x onerror=alert(1)>']})")
+    one.page.wait_for_selector("[data-teach=note]")
+    assert "<img" in one.read("note")  # told as it was said
+    assert one.page.locator("[data-teach=note] img").count() == 0
+    key = towards_the_goal(int(one.asked("state"))) or "ArrowUp"
+    mark = "document.querySelector('[data-teach=mark]').style.transform"
+    before = one.page.evaluate(mark)
+    one.press(key, "Space")
+    one.wait_for(f"([was]) => {mark} !== was", before)
+    token = one.asked("token")
+    one.press("n")
+    one.wait_for_another(token)
+    token = one.asked("token")
+    one.press("s")
+    one.wait_for_another(token)
+    assert len(lesson.events("skipped")) == 1
+    assert not lesson.events("answered")

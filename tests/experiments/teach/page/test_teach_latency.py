@@ -1,0 +1,72 @@
+"""How long a teacher waits: bounds for an idle machine, scaled by how loaded this one is."""
+
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("nicegui")
+
+ENTER_P95, SPACE_P95 = 0.300, 0.250
+IDLE = 0.0125
+"""What `load` measures on an idle machine [s]."""
+CLOCK = """
+([key, done]) => new Promise((resolve) => {
+  const began = performance.now();
+  const look = () => (new Function('return ' + done)() ? resolve(performance.now() - began)
+                                                      : requestAnimationFrame(look));
+  window.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
+  look();
+})
+"""
+TOKEN = "document.querySelector('[data-teach=question]').dataset.token"
+
+
+def load():
+    """How much longer a fixed piece of work takes than on an idle machine; 1 at least."""
+    spent = []
+    for _ in range(5):
+        began = time.perf_counter()
+        np.sort(np.random.default_rng(0).random(150_000))
+        spent.append(time.perf_counter() - began)
+        time.sleep(0.01)
+    return max(1.0, max(spent) / IDLE)
+
+
+def test_the_next_question_is_there_at_once(teaching, window):
+    lesson = teaching("--grid", "25").start()
+    one = window(lesson.url)
+    one.page.evaluate("window.teach.say({kind: 'alone', on: false})")
+    waits, factors = [], [load()]
+    for k in range(21):
+        one.press("ArrowRight" if k % 2 else "ArrowUp")
+        if one.asked("chosen") is None:
+            one.press("ArrowLeft" if k % 2 else "ArrowDown")
+        before = one.asked("token")
+        waits.append(one.page.evaluate(CLOCK, ["Enter", f"{TOKEN} !== '{before}'"]) / 1e3)
+        factors.append(load())
+        time.sleep(0.1)
+    told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"
+    print(
+        f"Enter → next question: {told}; load {np.median(factors):.1f}, at most {max(factors):.1f}"
+    )
+    assert np.quantile(waits[1:], 0.95) <= ENTER_P95 * max(factors)
+
+
+def test_a_motion_begins_at_once(teaching, window):
+    lesson = teaching().start()
+    one = window(lesson.url)
+    one.page.frame_locator("iframe").locator("canvas").first.wait_for()
+    one.press("ArrowRight")
+    moving = "document.querySelector('[data-phase]').dataset.phase === 'moving'"
+    one.page.evaluate(CLOCK, [" ", moving])  # the planner compiles at first
+    waits, factors = [], [load()]
+    for k in range(20):
+        one.wait_until_asked()
+        one.press("ArrowRight" if k < 6 else "ArrowLeft")
+        waits.append(one.page.evaluate(CLOCK, [" ", moving]) / 1e3)
+        one.page.evaluate("window.teach.say({kind: 'stop'})")
+        factors.append(load())
+    told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"
+    print(f"Space → motion: {told}; load at most {max(factors):.1f}")
+    assert np.quantile(waits, 0.95) <= SPACE_P95 * max(factors)

@@ -74,9 +74,11 @@ class Playing:
 
     def stop(self) -> None:
         """End the episode; while an action is under way, the process is begun anew."""
+        if not self.phase:
+            return
         if self.question is not None:
             self._link.tell(None)
-        elif self.phase and self._link.pid is not None:
+        elif self._link.pid is not None:
             self._link.restart()
         self._end("stopped")
 

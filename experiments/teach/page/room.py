@@ -176,7 +176,7 @@ class Room:
             self.motions.show(asked.state)
             return
         self._previews += 1
-        self.motions.play(asked.state, action)
+        self.motions.play(asked.state, action, self.changed)
 
     def _do_undo(self, message: Plain, token: str) -> None:
         self.acting.end()

@@ -218,7 +218,9 @@ def test_a_playing_policy_asks_in_doubt_and_ends(world, tmp_path):
     assert (playing.phase, playing._link.told) == (PLAYING, [1])  # and goes on
     playing._hear(("over", "goal", True))
     assert not playing.phase
+    playing.stop()  # nothing plays any more
     assert "goal" in playing.told
+    assert playing._link.told == [1]
     playing.phase = PLAYING
     playing.stop()
     assert playing._link.told[-1] == "restart"

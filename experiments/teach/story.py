@@ -4,7 +4,7 @@ Everything said is in the lesson's file before the next question. Killed, it goe
 command. What came of a lesson is learnt over again, to the bit, with ``--replay``.
 """
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -64,6 +64,9 @@ class Config(Settings):
     without it episodes go on, and learning hides behind them."""
     hold_out: bool = False
     """Keep every tenth answer from the learner, to judge its policy by in the report."""
+    generalise: bool = False
+    """Whether rules label what follows from an answer of the robot's task as well; the page shows
+    six of these states, to be refused where that does not follow."""
     initial: Annotated[int, Limits(0, 1000)] = 0
     """How many trajectories a simulated mind shows before the first question; without any the
     lesson begins empty."""
@@ -149,6 +152,8 @@ def open_lesson(world: World, config: Config, path: Path) -> Lesson:
         InputError: if the file there is no lesson, or one of another learner, task or seed.
     """
     student = student_config(config.learner, config.seed, grid=bool(config.grid))
+    if config.generalise:
+        student = replace(student, rules=tuple(world.subject.generalisation.rule_names))
     if not path.exists():
         rng = np.random.default_rng([config.seed, 1])
         initial = demonstrated(world, config.initial, rng)

@@ -1,6 +1,7 @@
 """One lesson for all windows, without a browser: what they say, and what comes of it."""
 
 import asyncio
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,18 +9,21 @@ import pytest
 
 pytest.importorskip("nicegui")
 
+from diagrams.state_view import Posture, Preview
+from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.desk import Desk, DeskConfig
-from experiments.teach.page.board import Board, grid_reasons
-from experiments.teach.page.motions import GridMotions
+from experiments.teach.page.board import Board, RobotReasons, grid_reasons
+from experiments.teach.page.motions import GridMotions, RobotMotions
 from experiments.teach.page.playing import DOUBTS, PAUSED, PAUSING, PLAYING, Playing
 from experiments.teach.page.room import Room
 from experiments.teach.rounds import LocalLearner
 from experiments.teach.students import student_config
-from experiments.teach.worlds import grid_world
+from experiments.teach.worlds import grid_world, robot_world
 from irl.lesson import Lesson
-from irl.lesson_events import Acted, Advised, Answered, Result, Undo
+from irl.lesson_events import Acted, Advised, Answered, Excluded, Result, Undo
 from irl.lesson_replay import began, replay
 from irl.student import Student
+from models.scenes.planning_scene import HOME
 
 SIDE, GOAL = 5, 12
 
@@ -151,6 +155,66 @@ def test_the_robot_acts_alone_while_it_is_sure_and_asks_in_doubt(world, tmp_path
         assert GOAL not in [each.state for each in acted]  # it stops there
         asked = [each["asked"] for each in room.snapshot()["progress"]["episodes"]]
         assert asked[-1] < asked[0]
+
+    asyncio.run(lead())
+
+
+class FakeViewer:
+    """Another viewer, in the place of Meshcat."""
+
+    def __init__(self):
+        self.shown = []
+
+    def show(self, state):
+        self.shown.append(state)
+
+    def preview(self, state, action):
+        return Preview(
+            state, action, ((state, 0.6), (state + 1, 0.4)), (Posture(HOME, 0.08, None),)
+        )
+
+    def pose(self, posture):
+        self.shown.append(posture)
+
+    def ghosts(self, states):
+        self.shown.append(list(states))
+
+
+class NoLearner:
+    """Learns nothing, and takes its time."""
+
+    lost = False
+
+    def start(self, order):
+        pass
+
+    def poll(self):
+        return None
+
+
+def test_what_rules_would_label_too_is_shown_in_pictures_and_can_be_refused(tmp_path):
+    world = robot_world(SHIPPED_TASK)
+    rules = tuple(world.subject.generalisation.rule_names)
+    config = replace(student_config("goal_posterior", 0), rules=rules)
+
+    async def lead():
+        lesson = Lesson.begin(tmp_path / "lesson.db", began(world.subject, config))
+        desk, viewer = Desk(world, lesson, NoLearner()), FakeViewer()
+        room = Room(desk, Board(world, RobotReasons()), RobotMotions(viewer, world))
+        asked = desk.question
+        action = int(asked.feasible[0])  # a grasp, which is as good at other places
+        await say(room, 1, kind="answer", question=asked.token, action=action)
+        assert [asked.state, asked.state + 1] in viewer.shown  # ghosts of what may come of it
+        given = room.snapshot()["panels"]["given"]
+        assert given["count"] > len(given["follows"]) > 0
+        assert len(given["follows"]) <= 6
+        pair = given["follows"][0]["pair"]
+        assert pair[1] == action
+        assert pair[0] != asked.state
+        assert given["follows"][0]["picture"].startswith("<svg")
+        await say(room, 2, kind="exclude", number=given["number"], pairs=[pair])
+        assert [event.pairs for event in events(desk, Excluded)] == [[pair]]
+        lesson.close()
 
     asyncio.run(lead())
 

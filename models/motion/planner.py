@@ -182,7 +182,10 @@ class ActionPlanner:
     def _grasp(
         self, gripper: int, position: int, q: np.ndarray, width: float, X_WO: RigidTransform
     ) -> tuple[Move | Grip, ...]:
-        """Open, come down on the cube, close, and lift it to the middle of its cell."""
+        """Open, come down on the cube, close, and lift it to the middle of its cell.
+
+        A hand that stands too near to the cube for that goes straight up first.
+        """
         x, y, _ = POSITIONS[position]
         nominal = np.array([x, y, REST_HEIGHT])
         seed = self._map.posture(grasp_position(nominal, gripper), gripper)
@@ -194,9 +197,12 @@ class ActionPlanner:
         X_WG = gripper_pose(grasp_position(X_WO.translation(), gripper), gripper)
 
         paths = self._empty_hand(MAX_OPENING, X_WO)
-        begun = q[None]
+        away: tuple[Move, ...] = ()
         if not paths.scene.is_free(q, MARGIN):
-            begun = withdrawal(self._empty_hand(MAX_OPENING, None), q, WITHDRAWALS)
+            # Fingers that closed on nothing may touch the table; they rise from it.
+            alone = self._empty_hand(max(width, CUBE_EDGE), None)
+            away = (_rounded(alone, withdrawal(alone, q, WITHDRAWALS[:-1])),)
+            q = away[0].waypoints[-1]
             self._empty_hand(MAX_OPENING, X_WO)
         answer = self._solvers[paths].solve(X_WG, seed=seed)
         nearest = answer.q
@@ -205,29 +211,29 @@ class ActionPlanner:
             raise Infeasible(kind, f"gripper {gripper} at the cube: {answer.failure}")
 
         def take(q_grasp: np.ndarray) -> tuple[Move | Grip, ...]:
-            approach = self._approach(begun, q_grasp, position, gripper, X_WO)
+            approach = self._approach(q, q_grasp, position, gripper, X_WO)
             return approach, CLOSE, self._raise(approach.waypoints[-1], position, gripper, X_WO)
 
         def others() -> list[np.ndarray]:
             return self._others(self._empty_hand(MAX_OPENING, X_WO), X_WG, nearest)
 
         opening = () if width > MAX_OPENING - 1e-3 else (OPEN,)
-        return (*opening, *first_that_works(take, nearest, others))
+        return (*away, *opening, *first_that_works(take, nearest, others))
 
     def _approach(
         self,
-        begun: np.ndarray,
+        q: np.ndarray,
         q_grasp: np.ndarray,
         position: int,
         gripper: int,
         X_WO: RigidTransform,
     ) -> Move:
-        """Come down on the cube with open fingers, after a first part of the way ``[n, 7]``."""
+        """Come down on the cube with open fingers."""
         paths = self._empty_hand(MAX_OPENING, X_WO)
         down = straight_up(paths, q_grasp, APPROACH)[::-1]
         vias = [self._via(position, gripper), *self._crossroads(position)]
-        path = self._path(paths, begun[-1], down[0], vias)
-        return _rounded(paths, wind_path(paths.scene, [*begun, *path[1:], *down[1:]]))
+        path = self._path(paths, q, down[0], vias)
+        return _rounded(paths, wind_path(paths.scene, [*path, *down[1:]]))
 
     def _raise(
         self, q_grasp: np.ndarray, position: int, gripper: int, X_WO: RigidTransform

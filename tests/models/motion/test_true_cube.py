@@ -140,16 +140,21 @@ def test_the_next_family_is_tried_where_the_first_leads_nowhere():
         first_that_works(plan, first, lambda: [second])
 
 
-def test_a_hand_that_stands_about_the_cube_begins_anew_from_above(planner, empty):
+@pytest.mark.parametrize("width", [MAX_OPENING, 0.0])
+def test_a_hand_that_stands_about_the_cube_rises_before_it_opens_and_begins_anew(
+    planner, empty, width
+):
     X_WO = RigidTransform([*POSITIONS[CELL][:2], REST_HEIGHT])
     approach, _, _ = planner.plan(Action(Kind.GRASP, 10), CELL, None, HOME, MAX_OPENING, X_WO)
     about = approach.waypoints[-1]
-    empty.open_to(MAX_OPENING)
-    moved = RigidTransform(X_WO.rotation(), X_WO.translation() + np.array([0.01, 0.015, 0.0]))
-    again, close, _ = planner.plan(Action(Kind.GRASP, 10), CELL, None, about, MAX_OPENING, moved)
-    assert close == CLOSE
-    heights = [empty.forward(q).translation()[2] for q in again.waypoints]
-    assert max(heights) > heights[0] + 0.05
+    moved = RigidTransform(X_WO.rotation(), X_WO.translation() + np.array([0.03, 0.03, 0.0]))
+    plan = planner.plan(Action(Kind.GRASP, 10), CELL, None, about, width, moved)
+    away, *opening, again, close, _ = plan
+    assert close == CLOSE and opening == ([OPEN] if width == 0.0 else [])
+    first, last = (empty.forward(q).translation() for q in away.waypoints[[0, -1]])
+    assert last[2] > first[2] + 0.045
+    np.testing.assert_allclose(last[:2], first[:2], atol=1e-4)
+    np.testing.assert_array_equal(again.waypoints[0], away.waypoints[-1])
     np.testing.assert_allclose(
         empty.forward(again.waypoints[-1]).translation(), moved.translation(), atol=2e-5
     )

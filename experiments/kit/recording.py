@@ -26,7 +26,7 @@ from models.task.spaces import CUBE_EDGE, POSITIONS, R_WO, REST_HEIGHT, decode_s
 
 PAUSE = 1.0
 """How long the last scene of an episode stands [s]."""
-MOST_FRAMES = 3000
+MOST_FRAMES = 2500
 """In a recording; of longer ones only every second or third picture is kept, and so on."""
 VIEW = np.array([0.46, -0.58, 0.32])
 """From what is looked at to the camera [m]."""

@@ -23,6 +23,8 @@ STRIDE = 4
 SPEED = 2.0
 """How much faster than the simulation it is."""
 COLOURS = 128
+VIVID = 110
+"""Difference between the channels of a pixel that is of the cube."""
 NEAR = np.array([0.20, -0.27, 0.17])
 """From the cube to a film strip's camera [m]."""
 
@@ -88,9 +90,14 @@ def write_gif(path: Path, played: Played, camera: StillCamera) -> None:
     camera.look((1.1, -0.72, 1.02), (0.36, 0.0, 0.71))
     frames = [*played.frames[::STRIDE], *[played.frames[-1]] * 6]
     pictures = [Image.fromarray(camera.picture(frame)) for frame in frames]
-    # One palette for all, so that only what moves differs from one to the next.
-    some = np.concatenate([np.asarray(each) for each in pictures[:: max(1, len(pictures) // 8)]])
-    palette = Image.fromarray(some).quantize(COLOURS, dither=Image.Dither.NONE)
+    # One palette for all, so that only what moves differs from one to the next. The cube is small
+    # and its colours are what counts: they get a share of the palette that is theirs.
+    some = [np.asarray(each).reshape(-1, 3) for each in pictures[:: max(1, len(pictures) // 8)]]
+    pixels = np.concatenate(some)
+    vivid = pixels[np.ptp(pixels, axis=1) > VIVID]
+    if vivid.size:
+        pixels = np.concatenate([pixels, np.resize(vivid, pixels.shape)])
+    palette = Image.fromarray(pixels[None]).quantize(COLOURS, dither=Image.Dither.NONE)
     pictures = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
     milliseconds = round(1e3 * STRIDE * FRAME / SPEED)
     pictures[0].save(

@@ -10,6 +10,7 @@ from experiments.kit.command import Output
 from experiments.report import story
 from experiments.report.claims import CLAIMS
 from experiments.report.parts import MADE, PARTS, RESULT, Kept
+from experiments.report.tables import share
 
 MEASURES = {name: [0.5, 0.75] for name in MEASURED}
 
@@ -63,6 +64,11 @@ def test_what_is_kept_is_told_and_what_is_missing_is_named(tmp_path, results, ca
     head = text.split("## Table 6.3")[0]
     assert head.count("*not measured yet*") == len(CLAIMS) - 3
     assert "`python -m experiments.grasping questions`" in text.split("## Not measured yet")[1]
+
+
+def test_one_seed_has_no_interval():
+    assert share([0.25]) == "25.0 (one seed)"
+    assert share([0.25, 0.75]) == "50.0 [25.0, 75.0]"
 
 
 def test_the_text_around_the_marks_stays(tmp_path, results):

@@ -86,7 +86,7 @@ def test_the_table_of_commands_is_complete():
     firsts = [row.split("|")[1] for row in table.splitlines()]
     named = {name for cell in firsts for name in re.findall(r"`(\w+)", cell)}
     assert commands() - {"tutorial", "docs"} <= named
-    subcommands = {"status", "export", "rules", "releases", "enough", "make"}
+    subcommands = {"status", "export", "rules", "releases", "enough", "make", "planning"}
     subcommands |= {"ladder", "questions", "advice", "clusters", "network", "model_free", "larger"}
     assert named - subcommands <= commands()
 

@@ -11,12 +11,13 @@ from typing import Annotated, Any
 
 from tqdm import tqdm
 
-from experiments.bench import kinematics, landings, learning, lessons, max_ent, trials
+from experiments.bench import episodes, kinematics, landings, learning, lessons, max_ent, trials
 from experiments.bench.comparison import Peers, Row
 from experiments.kit.command import Output
 from irl.choices import Members, Settings
 
 SUBJECTS: dict[str, Callable[[Peers, int], list[Row]]] = {
+    "episodes": episodes.rows,
     "kinematics": kinematics.rows,
     "landings": landings.rows,
     "learning": learning.rows,

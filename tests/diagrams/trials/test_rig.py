@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from diagrams.faults import SimulatorFault
 from diagrams.trials.record import TrialConfig
 from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
 from models.scenes import gripper
@@ -39,3 +40,15 @@ def test_no_step_of_a_simulation_calls_python(rig):
     scene.advance(0.01)
     short, long = (python_calls(lambda s=s: scene.advance(s)) for s in (0.01, 0.1))
     assert long == short
+
+
+def test_fingers_faster_than_any_hands_are_a_fault(rig, monkeypatch):
+    scene = TrialScene(rig, R_WG[10], friction=0.8, mass=0.1)
+    p_WG = np.array([*COLUMN, REST_HEIGHT])
+    scene.start(p_WG, gripper.MAX_OPENING, RigidTransform(p_WG))
+    scene.command(p_WG, 0.0)
+    scene.advance(0.05)
+    # They close at 0.5 rad/s.
+    monkeypatch.setattr("diagrams.trials.rig.FASTEST_KNUCKLE", 0.1)
+    with pytest.raises(SimulatorFault, match=r"came apart.* 0\.\d+ rad/s"):
+        scene.advance(0.05)

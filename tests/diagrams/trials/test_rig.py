@@ -5,7 +5,8 @@ import pytest
 from pydrake.math import RigidTransform
 
 from diagrams.faults import SimulatorFault
-from diagrams.trials.record import TrialConfig
+from diagrams.trials.floating import run_trial
+from diagrams.trials.record import Outcome, Pair, TrialConfig, spawn_key
 from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
 from models.scenes import gripper
 from models.task.spaces import R_WG, REST_HEIGHT
@@ -52,3 +53,14 @@ def test_fingers_faster_than_any_hands_are_a_fault(rig, monkeypatch):
     monkeypatch.setattr("diagrams.trials.rig.FASTEST_KNUCKLE", 0.1)
     with pytest.raises(SimulatorFault, match=r"came apart.* 0\.\d+ rad/s"):
         scene.advance(0.05)
+
+
+@pytest.mark.parametrize("repetition", [0, 3])
+def test_what_is_read_at_the_end_of_a_phase_is_no_matter_of_rounding(repetition):
+    """Phases of 0.3, 0.5 and 0.8 s; steps that divided them left one of 1e-16 s."""
+    config = TrialConfig(solver="cenic")
+    pair = Pair(8736, 21)
+    seed = np.random.SeedSequence(0, spawn_key=spawn_key(pair, repetition))
+    record = run_trial(TrialRig(config), config, pair, seed)
+    assert record.outcome == Outcome.HELD
+    assert record.pad_force == pytest.approx(40.0, rel=0.1)

@@ -118,7 +118,7 @@ PARTS: Sequence[Part] = (
         "grasping/table",
         "Table 6.3: states, questions and advice",
         ("grasping", "table"),
-        40,
+        47,
         tables.table_6_3,
         (
             ("accuracy.png", "Accuracy by demonstration set and advice"),
@@ -144,7 +144,7 @@ PARTS: Sequence[Part] = (
         "grasping/questions",
         "What asking well is worth (thesis 4.1, 7.3)",
         ("grasping", "questions"),
-        40,
+        240,
         tables.questions,
     ),
     Part(

@@ -9,14 +9,14 @@ stop, and `student` makes a VR network of it. `experiments/grasping.md` tells mo
 
 from irl.posterior.enough import EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
-from irl.posterior.student import Student, StudentConfig, taught
+from irl.posterior.plan_student import PlanStudent, PlanStudentConfig, taught
 
 __all__ = [
     "EnoughRule",
     "GoalConfig",
     "GoalLearner",
-    "Student",
-    "StudentConfig",
+    "PlanStudent",
+    "PlanStudentConfig",
     "claim",
     "taught",
 ]

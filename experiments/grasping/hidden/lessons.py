@@ -19,7 +19,7 @@ from irl.metrics import HORIZON, accuracy_on_unseen
 from irl.planning import policy_success
 from irl.policy import Policy
 from irl.posterior.learner import GoalLearner
-from irl.posterior.student import taught
+from irl.posterior.plan_student import taught
 from irl.problem import LearningProblem
 from irl.task_data import TaskData
 

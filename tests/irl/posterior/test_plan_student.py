@@ -8,7 +8,7 @@ from irl.domains.gridworld import GridWorld
 from irl.planning import policy_success
 from irl.policy import Policy
 from irl.posterior import GoalConfig, GoalLearner, taught
-from irl.posterior.student import plan_labels
+from irl.posterior.plan_student import plan_labels
 from irl.problem import LearningProblem
 
 N = 7

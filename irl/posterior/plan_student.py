@@ -20,7 +20,7 @@ from irl.vr_function import VRFunction, pin, torch_generator
 
 
 @dataclass(frozen=True)
-class StudentConfig(Settings):
+class PlanStudentConfig(Settings):
     """The network, and how it is trained."""
 
     hidden: tuple[int, ...] = (64, 32)
@@ -34,7 +34,7 @@ class StudentConfig(Settings):
 
 
 @dataclass(frozen=True, eq=False)
-class Student:
+class PlanStudent:
     """What the student knows.
 
     Attributes:
@@ -56,8 +56,8 @@ def taught(
     features: np.ndarray,
     *,
     rng: np.random.Generator,
-    config: StudentConfig | None = None,
-) -> Student:
+    config: PlanStudentConfig | None = None,
+) -> PlanStudent:
     """Fit a VR network to the plan of a learner.
 
     Args:
@@ -69,7 +69,7 @@ def taught(
     Raises:
         InputError: if features are not the network's, or training diverges.
     """
-    config = config or StudentConfig()
+    config = config or PlanStudentConfig()
     model, fixed_vr = learner.problem.model, learner.problem.fixed_vr
     state, action, weight = plan_labels(learner)
     problem = LikelihoodProblem.build(
@@ -78,7 +78,7 @@ def taught(
     network = VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng))
     run = train(network, problem, features, config.training, rng)
     f = pin(network.values(features), fixed_vr)
-    return Student(network, f, run.caution, model.q_values(f, run.caution))
+    return PlanStudent(network, f, run.caution, model.q_values(f, run.caution))
 
 
 def plan_labels(learner: GoalLearner) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

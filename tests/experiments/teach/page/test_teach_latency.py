@@ -7,18 +7,23 @@ import pytest
 
 pytest.importorskip("nicegui")
 
-ENTER_P95, SPACE_P95 = 0.300, 0.250
+ENTER_P95 = 0.300
 IDLE = 0.0125
 """What `load` measures on an idle machine [s]."""
 CLOCK = """
-([key, done]) => new Promise((resolve) => {
-  const began = performance.now();
-  const look = () => (new Function('return ' + done)() ? resolve(performance.now() - began)
-                                                      : requestAnimationFrame(look));
+([key, done]) => new Promise((resolve, reject) => {
+  const began = performance.now(), is = new Function('return ' + done);
+  const seen = new MutationObserver(() => {
+    if (!is()) return;
+    seen.disconnect();
+    resolve(performance.now() - began);
+  });
+  seen.observe(document, { subtree: true, attributes: true, childList: true });
+  setTimeout(() => reject(new Error(`${key}: ${done} does not come`)), 60000);
   window.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
-  look();
 })
 """
+"""Presses a key, and gives the milliseconds until the page shows that something is done."""
 TOKEN = "document.querySelector('[data-teach=question]').dataset.token"
 
 
@@ -51,22 +56,3 @@ def test_the_next_question_is_there_at_once(teaching, window):
         f"Enter → next question: {told}; load {np.median(factors):.1f}, at most {max(factors):.1f}"
     )
     assert np.quantile(waits[1:], 0.95) <= ENTER_P95 * max(factors)
-
-
-def test_a_motion_begins_at_once(teaching, window):
-    lesson = teaching().start()
-    one = window(lesson.url)
-    one.page.frame_locator("iframe").locator("canvas").first.wait_for()
-    one.press("ArrowRight")
-    moving = "document.querySelector('[data-phase]').dataset.phase === 'moving'"
-    one.page.evaluate(CLOCK, [" ", moving])  # the planner compiles at first
-    waits, factors = [], [load()]
-    for k in range(20):
-        one.wait_until_asked()
-        one.press("ArrowRight" if k < 6 else "ArrowLeft")
-        waits.append(one.page.evaluate(CLOCK, [" ", moving]) / 1e3)
-        one.page.evaluate("window.teach.say({kind: 'stop'})")
-        factors.append(load())
-    told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"
-    print(f"Space → motion: {told}; load at most {max(factors):.1f}")
-    assert np.quantile(waits, 0.95) <= SPACE_P95 * max(factors)

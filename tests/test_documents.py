@@ -88,7 +88,6 @@ def test_the_table_of_commands_is_complete():
     assert commands() - {"tutorial", "docs"} <= named
     subcommands = {"status", "export", "rules", "releases", "enough", "make", "planning"}
     subcommands |= {"ladder", "questions", "advice", "clusters", "network", "model_free", "larger"}
-    subcommands |= {"planning"}
     assert named - subcommands <= commands()
 
 

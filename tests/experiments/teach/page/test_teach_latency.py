@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("nicegui")
 
-ENTER_P95 = 0.300
+ENTER_P95, SPACE_P95 = 0.300, 0.250
 IDLE = 0.0125
 """What `load` measures on an idle machine [s]."""
 CLOCK = """
@@ -56,3 +56,22 @@ def test_the_next_question_is_there_at_once(teaching, window):
         f"Enter → next question: {told}; load {np.median(factors):.1f}, at most {max(factors):.1f}"
     )
     assert np.quantile(waits[1:], 0.95) <= ENTER_P95 * max(factors)
+
+
+def test_a_motion_begins_at_once(teaching, window):
+    lesson = teaching().start()
+    one = window(lesson.url)
+    one.page.frame_locator("iframe").locator("canvas").first.wait_for()
+    one.press("ArrowRight")
+    moving = "document.querySelector('[data-phase]').dataset.phase === 'moving'"
+    one.page.evaluate(CLOCK, [" ", moving])  # the planner compiles at first
+    waits, factors = [], [load()]
+    for k in range(20):
+        one.wait_until_asked()
+        one.press("ArrowRight" if k % 12 < 6 else "ArrowLeft")  # along the hands from above
+        waits.append(one.page.evaluate(CLOCK, [" ", moving]) / 1e3)
+        one.page.evaluate("window.teach.say({kind: 'stop'})")
+        factors.append(load())
+    told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"
+    print(f"Space → motion: {told}; load at most {max(factors):.1f}")
+    assert np.quantile(waits, 0.95) <= SPACE_P95 * max(factors)

@@ -20,7 +20,8 @@ from diagrams.execution.timeline import Timeline
 from diagrams.execution.watches import LOOK, Measured, Vigil
 from models.errors import ModelError
 from models.motion.failures import ActionFailure, Infeasible
-from models.motion.planner import ActionPlanner, Grip, Move
+from models.motion.moves import Grip, Move
+from models.motion.planner import ActionPlanner
 from models.scenes import gripper
 from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, decode_states

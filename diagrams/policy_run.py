@@ -22,7 +22,8 @@ from diagrams.scenarios import Disturbance, DisturbedStation, Draws, Scenario
 from diagrams.state_identifier import REST_SPAN, lying_state
 from diagrams.station import FRAME, Station
 from models.errors import ModelError
-from models.motion.planner import ActionPlanner, Grip, Move
+from models.motion.moves import Grip, Move
+from models.motion.planner import ActionPlanner
 from models.rotations import rotation_z
 from models.scenes import gripper
 from models.scenes.parsing import CUBE

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from models.motion.planner import CLOSE, OPEN, Grip, Move
+from models.motion.moves import CLOSE, OPEN, Grip, Move
 
 
 class Watch(StrEnum):

@@ -8,7 +8,7 @@ from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomia
 
 from diagrams.execution.phases import Watch, phases
 from models.arrays import finite_number, finite_vector
-from models.motion.planner import Grip, Move
+from models.motion.moves import Grip, Move
 from models.motion.timing import time_path
 from models.scenes.planning_scene import HOME
 

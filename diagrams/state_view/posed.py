@@ -23,7 +23,8 @@ from models.arrays import finite_number, finite_vector
 from models.errors import ModelError
 from models.maps.gripper_poses import RETREAT
 from models.motion.failures import ActionFailure, Infeasible
-from models.motion.planner import CLOSE, ActionPlanner, Grip, Move
+from models.motion.moves import CLOSE, Grip, Move
+from models.motion.planner import ActionPlanner
 from models.scenes import gripper
 from models.scenes.inputs import finite_pose
 from models.scenes.parsing import ARM, CUBE, GRIPPER, PACKAGE, strict_parser

@@ -10,7 +10,7 @@ from irl.files import atomic_path
 from models.errors import ModelError
 from models.export.precomputed import require_precomputed_text, to_precomputed
 from models.export.trajectories import grips_to_csv, time_program, to_csv, to_ros
-from models.motion.planner import Grip, Move
+from models.motion.moves import Grip, Move
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from models.arrays import Array, finite_number, finite_vector
 from models.errors import ModelError
-from models.motion.planner import Grip, Move
+from models.motion.moves import Grip, Move
 from models.motion.timing import ACCELERATION_LIMIT, SCALE, time_path
 from models.scenes.gripper import MAX_OPENING
 

@@ -19,7 +19,6 @@ posture for a pose leads nowhere, other families of postures are tried, if the p
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -32,6 +31,7 @@ from models.maps.reachability import ReachabilityMap
 from models.motion.cube import in_hand, lying
 from models.motion.failures import ActionFailure, Infeasible
 from models.motion.families import families, first_that_works
+from models.motion.moves import CLOSE, OPEN, Grip, Move
 from models.motion.paths import PathPlanner, wind_path
 from models.motion.straight import straight_up, withdrawal
 from models.scenes.gripper import MAX_OPENING
@@ -50,37 +50,6 @@ AT_CELL = 0.005, 0.05
 """How far a hand may be from a cell and orientation that it is said to be in [m], [rad]."""
 RAISED = 0.04
 """By how much a held cube is first raised that touches something where it is [m]."""
-
-
-@dataclass(frozen=True)
-class Move:
-    """A joint path.
-
-    Attributes:
-        waypoints: ``[n, 7]`` [rad], n ≥ 2; the joints move in proportion between two of them.
-        cuts: how far before and after each waypoint its corner may be rounded ``[n]`` [rad],
-            as `PathPlanner.corner_cuts` proves; None rests at every corner.
-    """
-
-    waypoints: np.ndarray
-    cuts: np.ndarray | None = None
-
-
-@dataclass(frozen=True)
-class Grip:
-    """Fingers on their way to an opening.
-
-    Attributes:
-        width: commanded distance of the pads [m]; a cube between them stops them earlier.
-        seconds: time to wait.
-    """
-
-    width: float
-    seconds: float
-
-
-CLOSE, OPEN = Grip(0.0, 1.3), Grip(MAX_OPENING, 1.6)
-"""Until the force has built up; until the fingers are wide open, from however tight a grip."""
 
 
 class ActionPlanner:

@@ -8,7 +8,7 @@ from diagrams.action_executor import ActionExecutor
 from diagrams.execution.timeline import Timeline
 from models.errors import ModelError
 from models.motion.failures import ActionFailure, Infeasible
-from models.motion.planner import Grip, Move
+from models.motion.moves import Grip, Move
 from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, Kind, State
 

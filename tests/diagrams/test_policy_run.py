@@ -13,7 +13,7 @@ from diagrams.decisions import Table
 from diagrams.policy_controller import Verdict
 from diagrams.policy_run import PolicyRun, start_pose
 from experiments.kit.shipped_data import load_planner
-from models.motion.planner import Grip, Move
+from models.motion.moves import Grip, Move
 from models.scenes.planning_scene import HOME
 from models.task.discretise import nearest_orientation
 from models.task.spaces import GOAL_POSITION, GOAL_STATE, N_STATES, Action, Kind, State

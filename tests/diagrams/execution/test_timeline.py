@@ -9,7 +9,7 @@ from diagrams.execution.timeline import Timeline
 from experiments.kit.shipped_data import load_planner
 from models.maps.gripper_poses import gripper_pose
 from models.motion.failures import Infeasible
-from models.motion.planner import CLOSE, Grip, Move
+from models.motion.moves import CLOSE, Grip, Move
 from models.scenes.planning_scene import HOME
 from models.task.spaces import POSITIONS, Action, Kind
 

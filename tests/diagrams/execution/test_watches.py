@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from diagrams.execution.phases import Watch, phases
 from diagrams.execution.watches import LOOK, PATIENCE, RECENT, Measured, Vigil
 from models.motion.failures import ActionFailure
-from models.motion.planner import CLOSE, OPEN, Move
+from models.motion.moves import CLOSE, OPEN, Move
 
 MOVE = Move(np.array([np.zeros(7), np.ones(7)]))
 LIES = RigidTransform([0.55, 0.0, 0.52])

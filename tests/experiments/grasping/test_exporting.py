@@ -13,7 +13,7 @@ from experiments.kit.shipped_data import load_planner
 from irl.errors import InputError
 from models.export.precomputed import require_precomputed
 from models.motion.failures import ActionFailure
-from models.motion.planner import Grip
+from models.motion.moves import Grip
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME
 from models.task.spaces import GOAL_POSITION, POSITIONS, REST_HEIGHT, Action, Kind, State

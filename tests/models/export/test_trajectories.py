@@ -24,7 +24,7 @@ from models.export.trajectories import (
     to_csv,
     to_ros,
 )
-from models.motion.planner import Grip, Move
+from models.motion.moves import Grip, Move
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME
 

@@ -11,7 +11,8 @@ from models.inverse_kinematics.solution import reaches
 from models.maps.gripper_poses import grasp_position, gripper_pose
 from models.maps.reachability_csv import read_map
 from models.motion.failures import Infeasible
-from models.motion.planner import APPROACH, CLOSE, OPEN, ActionPlanner, Grip, Move
+from models.motion.moves import CLOSE, OPEN, Grip, Move
+from models.motion.planner import APPROACH, ActionPlanner
 from models.motion.timing import ACCELERATION_LIMIT, SCALE, time_path
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME, MARGIN

@@ -12,7 +12,7 @@ from models.maps.gripper_poses import gripper_pose
 from models.motion.cube import lying
 from models.motion.failures import ActionFailure, Infeasible
 from models.motion.families import families, first_that_works
-from models.motion.planner import CLOSE, OPEN, Move
+from models.motion.moves import CLOSE, OPEN, Move
 from models.motion.straight import straight_up
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME, MARGIN, PlanningScene

@@ -4,8 +4,8 @@ The rooms, in reading order:
 
 * `record`: what a trial is told, and what it reports;
 * `initial_state`: the noise it draws, and how a held cube lies in the hand;
-* `references`, `rig`, `floating`: what gantry and gripper follow, their scene, and the course of a
-  trial in it;
+* `references`, `rig`, `scene`, `floating`: what gantry and gripper follow, their diagram, one
+  simulation of it, and the course of a trial in that;
 * `landing`: how a cube that was let go falls, lands and comes to rest;
 * `arm`: the same with the whole station;
 * `verdict`: from the cube's pose at the end to a record;

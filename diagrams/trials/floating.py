@@ -16,7 +16,8 @@ from diagrams.state_identifier import identify_state, is_held
 from diagrams.trials.initial_state import NotHeld, begin, held_pose
 from diagrams.trials.record import Noise, Pair, TrialConfig, TrialRecord
 from diagrams.trials.references import SPEED, TURN_SPEED
-from diagrams.trials.rig import TrialRig, TrialScene
+from diagrams.trials.rig import TrialRig
+from diagrams.trials.scene import TrialScene
 from diagrams.trials.verdict import judge_pose
 from models.maps.gripper_poses import grasp_position
 from models.rotations import matrix_to_rotation_vector, rotation_vector_to_matrix

@@ -19,7 +19,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from diagrams.gripper_controller import GRIP_FORCE, KNUCKLE_SPEED
 from diagrams.trials.record import TrialConfig
 from diagrams.trials.references import SPEED
-from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
+from diagrams.trials.rig import COLUMN, TrialRig
+from diagrams.trials.scene import TrialScene
 from experiments.bench.comparison import Peers
 from models.maps.gripper_poses import grasp_position
 from models.rotations import rotation_vector_to_matrix

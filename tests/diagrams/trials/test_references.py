@@ -4,7 +4,8 @@ from pydrake.math import RigidTransform
 
 from diagrams.trials.record import TrialConfig
 from diagrams.trials.references import GANTRY_SPEED
-from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
+from diagrams.trials.rig import COLUMN, TrialRig
+from diagrams.trials.scene import TrialScene
 from models.scenes import gripper
 from models.task.spaces import R_WG
 

@@ -7,7 +7,8 @@ from pydrake.math import RigidTransform
 from diagrams.faults import SimulatorFault
 from diagrams.trials.floating import run_trial
 from diagrams.trials.record import Outcome, Pair, TrialConfig, spawn_key
-from diagrams.trials.rig import COLUMN, TrialRig, TrialScene
+from diagrams.trials.rig import COLUMN, TrialRig
+from diagrams.trials.scene import TrialScene
 from models.scenes import gripper
 from models.task.spaces import R_WG, REST_HEIGHT
 
@@ -50,7 +51,7 @@ def test_fingers_faster_than_any_hands_are_a_fault(rig, monkeypatch):
     scene.command(p_WG, 0.0)
     scene.advance(0.05)
     # They close at 0.5 rad/s.
-    monkeypatch.setattr("diagrams.trials.rig.FASTEST_KNUCKLE", 0.1)
+    monkeypatch.setattr("diagrams.trials.scene.FASTEST_KNUCKLE", 0.1)
     with pytest.raises(SimulatorFault, match=r"came apart.* 0\.\d+ rad/s"):
         scene.advance(0.05)
 

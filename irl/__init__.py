@@ -27,15 +27,15 @@ and scipy. What a user needs is here, loaded when first used:
 array([1, 1, 1, 2, 0, 0])
 
 The modules in reading order. A task: `mdp`, `task`, `task_data`, `gymnasium_interop`, `domains`.
-Teaching: `demonstrations`, `records`, `tables`, `demonstrators`, `generalisation`, `collection`,
-`teacher`, `problem`. The network and its training: `vr_function`, `likelihood`, `neighbourhood`,
-`bellman`, `optimizers`, `training`, `function_approx`. Questions and advice: `uncertainty`,
-`queries`, `committee`, `clusters`, `preferences`, `advice`, `active`, `active_state`. Lessons by a
-person: `lesson_events`, `lesson_taught`, `session` (with one module for each kind of learner),
-`student`, `lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`, `lesson_odds`. Every
-method: `methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging:
-`planning`, `evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes,
-checks.
+Teaching: `demonstrations`, `runs`, `records`, `tables`, `demonstrators`, `generalisation`,
+`collection`, `teacher`, `problem`. The network and its training: `vr_function`, `likelihood`,
+`neighbourhood`, `bellman`, `optimizers`, `training`, `function_approx`. Questions and advice:
+`uncertainty`, `queries`, `committee`, `clusters`, `preferences`, `advice`, `active`,
+`active_state`. Lessons by a person: `lesson_events`, `lesson_taught`, `session` (with one module
+for each kind of learner), `student`, `lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`,
+`lesson_odds`. Every method: `methods`, `method_inputs`, `method_iterations`, `baselines`,
+`state_only`. Judging: `planning`, `evaluation`, `metrics`, `policy`, `outcomes`. The rest is small
+tools: files, hashes, checks.
 """
 
 from importlib import import_module

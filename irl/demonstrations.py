@@ -13,6 +13,7 @@ from irl.errors import InputError
 from irl.integers import integers
 from irl.labels import Labels
 from irl.mdp import TransitionModel
+from irl.runs import check_consistent, check_possible, impossible_moves
 
 SOURCES = ("demonstrator", "generalised", "human")
 _GENERALISED = SOURCES.index("generalised")
@@ -61,34 +62,7 @@ class Demonstrations:
             raise InputError(f"columns of one length wanted, got {lengths}", place="demonstrations")
         ends = integers(self.ends, "demonstrations: field 'ends'", columns=3)
         object.__setattr__(self, "ends", ends)
-        shown = ~self.generalised
-        moments, count = np.unique(
-            np.stack([self.trajectory[shown], self.step[shown]]), axis=1, return_counts=True
-        )
-        for trajectory, step in moments[:, count > 1].T[:1]:
-            raise InputError(
-                f"trajectory {trajectory} has step {step} more than once; give every run a number "
-                "of its own and every move its step",
-                place="demonstrations",
-            )
-        self._check_ends()
-
-    def _check_ends(self) -> None:
-        runs, count = np.unique(self.ends[:, 0], return_counts=True)
-        for trajectory in runs[count > 1][:1]:
-            raise InputError(f"trajectory {trajectory} ends more than once", place="demonstrations")
-        if not len(runs):
-            return
-        said = dict(self.ends[:, :2].tolist())
-        of_ended = np.isin(self.trajectory, runs)
-        pairs = zip(self.trajectory[of_ended].tolist(), self.step[of_ended].tolist(), strict=True)
-        for trajectory, step in pairs:
-            if step >= said[trajectory]:
-                raise InputError(
-                    f"trajectory {trajectory} has step {step}, though it is said to end before "
-                    f"step {said[trajectory]}",
-                    place="demonstrations",
-                )
+        check_consistent(self)
 
     @classmethod
     def from_pairs(
@@ -221,10 +195,15 @@ class Demonstrations:
         return Demonstrations.concatenate([kept, answers])
 
     @property
+    def in_order(self) -> np.ndarray:
+        """Rows of the demonstrated pairs, int64: run after run, and each as its steps go."""
+        shown = np.flatnonzero(~self.generalised)
+        return shown[np.lexsort((self.step[shown], self.trajectory[shown]))]
+
+    @property
     def last_of_runs(self) -> np.ndarray:
         """Which pairs are the last of their runs; bool ``[n]``, false for generalised ones."""
-        shown = np.flatnonzero(~self.generalised)
-        ordered = shown[np.lexsort((self.step[shown], self.trajectory[shown]))]
+        ordered = self.in_order
         run = self.trajectory[ordered]
         last = np.zeros(len(self), dtype=bool)
         last[ordered[np.append(run[1:] != run[:-1], True)[: run.size]]] = True
@@ -265,50 +244,7 @@ class Demonstrations:
             InputError: naming ``place``, row and field of the first pair that cannot be executed,
                 or trajectory, step and move of the first that the model says is impossible.
         """
-        for column, limit in (("state", model.n_states), ("action", model.n_actions)):
-            values = getattr(self, column)
-            for row in np.flatnonzero((values < 0) | (values >= limit))[:1]:
-                raise InputError(
-                    f"row {row}, field '{column}' is {values[row]}, must lie in 0…{limit - 1}",
-                    place=place,
-                )
-        for row in np.flatnonzero(model.pair_index(self.state, self.action) < 0)[:1]:
-            state = int(self.state[row])
-            raise InputError(
-                f"row {row}, field 'action' is {self.action[row]}, not feasible in state {state}",
-                place=place,
-                valid=model.actions_of(state).tolist() or ["none"],
-            )
-
-        self._check_ends_of(model, place)
-        before, after = self._moves()
-        leads = self._leads_on(model, before, after)
-        for k in np.flatnonzero(~leads)[:1]:
-            b, a = before[k], after[k]
-            raise InputError(
-                f"trajectory {self.trajectory[b]}, step {self.step[b]}: action {self.action[b]} in "
-                f"state {self.state[b]} never leads to state {self.state[a]}, where the run goes "
-                "on; if runs were joined there, part them: Demonstrations.parted(model)",
-                place=place,
-            )
-
-    def _check_ends_of(self, model: TransitionModel, place: str) -> None:
-        """Check that runs end in states there are, where their last moves may lead."""
-        for trajectory, step, state in self.ends:
-            if not 0 <= state < model.n_states:
-                raise InputError(
-                    f"trajectory {trajectory} ends in state {state}, must lie in "
-                    f"0…{model.n_states - 1}",
-                    place=place,
-                )
-            last = (self.trajectory == trajectory) & (self.step == step - 1) & ~self.generalised
-            for pair in model.pair_index(self.state[last], self.action[last]):
-                if model.P[pair, state] == 0:
-                    raise InputError(
-                        f"trajectory {trajectory}, step {step - 1} never leads to state {state}, "
-                        "where the run is said to end",
-                        place=place,
-                    )
+        check_possible(self, model, place)
 
     def parted(self, model: TransitionModel) -> tuple["Demonstrations", int]:
         """These pairs, each run parted where the model says that a move is impossible.
@@ -321,34 +257,14 @@ class Demonstrations:
         Returns:
             The pairs in the same order, and the number of places where a run was parted.
         """
-        before, after = self._moves()
-        impossible = after[~self._leads_on(model, before, after)]
+        impossible = impossible_moves(self, model)[:, 1]
         trajectory, ends = self.trajectory.copy(), self.ends.copy()
-        begins = np.lexsort((self.step[impossible], self.trajectory[impossible]))
         highest = int(trajectory.max(initial=-1))
-        for number, row in enumerate(impossible[begins], start=highest + 1):
+        for number, row in enumerate(impossible, start=highest + 1):
             run, step = self.trajectory[row], self.step[row]
             trajectory[(self.trajectory == run) & (self.step >= step)] = number
             ends[self.ends[:, 0] == run, 0] = number
         return replace(self, trajectory=trajectory, ends=ends), impossible.size
-
-    def _moves(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of the demonstrated pairs that follow each other in a run: before, and after."""
-        rows = np.flatnonzero(~self.generalised)
-        rows = rows[np.lexsort((self.step[rows], self.trajectory[rows]))]
-        before, after = rows[:-1], rows[1:]
-        follows = self.trajectory[before] == self.trajectory[after]
-        follows &= self.step[before] + 1 == self.step[after]
-        return before[follows], after[follows]
-
-    def _leads_on(
-        self, model: TransitionModel, before: np.ndarray, after: np.ndarray
-    ) -> np.ndarray:
-        """Whether each pair ``before`` may lead to the state of its pair ``after``; bool."""
-        pair = model.pair_index(self.state[before], self.action[before])
-        if not pair.size:
-            return np.zeros(0, dtype=bool)
-        return np.asarray(model.P[pair, self.state[after]]).ravel() > 0
 
     def save(self, path: Path) -> None:
         """Write as CSV, whole or not at all; where a run ended is a row without an action."""

@@ -258,8 +258,7 @@ class RecordedDemonstrator:
     ) -> list[tuple[int, int]]:
         """The rest of the first run that did here what ``label`` says; empty if there is none."""
         record = self._recording
-        shown = np.flatnonzero(~record.generalised)
-        shown = shown[np.lexsort((record.step[shown], record.trajectory[shown]))]
+        shown = record.in_order
         here = (record.state[shown] == state) & (record.action[shown] == self._action.get(state))
         if not here.any():
             return []

@@ -98,7 +98,7 @@ def demonstrated(demonstrations: Demonstrations) -> Demonstrations:
 def walks(demonstrations: Demonstrations) -> Demonstrations:
     """What was demonstrated, every run of consecutive steps being a trajectory of its own."""
     shown = demonstrated(demonstrations)
-    shown = shown.select(np.lexsort((shown.step, shown.trajectory)))
+    shown = shown.select(shown.in_order)
     breaks = (np.diff(shown.trajectory) != 0) | (np.diff(shown.step) != 1)
     number = np.r_[0, np.cumsum(breaks)][: len(shown)]
     ended = {(run, step): end for run, step, end in shown.ends.tolist()}

@@ -27,10 +27,10 @@ and scipy. What a user needs is here, loaded when first used:
 array([1, 1, 1, 2, 0, 0])
 
 The modules in reading order. A task: `mdp`, `task`, `task_data`, `gymnasium_interop`, `domains`.
-Teaching: `demonstrations`, `runs`, `records`, `tables`, `demonstrators`, `generalisation`,
-`collection`, `teacher`, `problem`. The network and its training: `vr_function`, `likelihood`,
-`neighbourhood`, `bellman`, `optimizers`, `training`, `function_approx`. Questions and advice:
-`uncertainty`, `queries`, `committee`, `clusters`, `preferences`, `advice`, `active`,
+Teaching: `demonstrations`, `runs`, `records`, `tables`, `demonstrators`, `experts`,
+`generalisation`, `collection`, `teacher`, `problem`. The network and its training: `vr_function`,
+`likelihood`, `neighbourhood`, `bellman`, `optimizers`, `training`, `function_approx`. Questions and
+advice: `uncertainty`, `queries`, `committee`, `clusters`, `preferences`, `advice`, `active`,
 `active_state`. Lessons by a person: `lesson_events`, `lesson_taught`, `session` (with one module
 for each kind of learner), `student`, `lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`,
 `lesson_odds`. Every method: `methods`, `method_inputs`, `method_iterations`, `baselines`,
@@ -45,13 +45,9 @@ if TYPE_CHECKING:
     from irl.active import ActiveConfig, active_fa_mlirl
     from irl.advice import Advice
     from irl.demonstrations import Demonstrations
-    from irl.demonstrators import (
-        ClusterAdvice,
-        OracleDemonstrator,
-        OracleExpert,
-        RecordedDemonstrator,
-    )
+    from irl.demonstrators import OracleDemonstrator, RecordedDemonstrator
     from irl.errors import InputError
+    from irl.experts import ClusterAdvice, OracleExpert
     from irl.mdp import TransitionModel
     from irl.methods import METHODS, learn
     from irl.metrics import success_mdp
@@ -92,10 +88,9 @@ _HOMES = {
     "active": ("ActiveConfig", "active_fa_mlirl"),
     "advice": ("Advice",),
     "demonstrations": ("Demonstrations",),
-    "demonstrators": (
-        *("ClusterAdvice", "OracleDemonstrator", "OracleExpert", "RecordedDemonstrator"),
-    ),
+    "demonstrators": ("OracleDemonstrator", "RecordedDemonstrator"),
     "errors": ("InputError",),
+    "experts": ("ClusterAdvice", "OracleExpert"),
     "mdp": ("TransitionModel",),
     "methods": ("METHODS", "learn"),
     "metrics": ("success_mdp",),

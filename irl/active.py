@@ -11,8 +11,8 @@ from irl.active_state import ActiveFiles, QueryRecord, identity
 from irl.advice import Advice
 from irl.checkpoint import fingerprint
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import Expert
 from irl.errors import InputError
+from irl.experts import Expert
 from irl.lesson_events import DONE, Advised, Answered, Event
 from irl.preferences import StatePreferences
 from irl.problem import LearningProblem

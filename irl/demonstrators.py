@@ -1,6 +1,6 @@
-"""Who answers the learner's questions: demonstrators label states, experts advise clusters.
+"""Who answers the learner's questions about states: demonstrators.
 
-The oracles know a hidden reward and plan under it; the learner sees only their answers.
+The oracle knows a hidden reward and plans under it; the learner sees only its answers.
 """
 
 from dataclasses import dataclass
@@ -13,33 +13,7 @@ from irl.choices import check_range
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
-from irl.planning import value_iteration
-
-
-@dataclass(frozen=True)
-class ClusterAdvice:
-    """Action preferences for a cluster of states; an action is in one set at most (3.8).
-
-    Attributes:
-        preferred: actions to benefit.
-        avoided: actions to exclude.
-        cluster: the cluster that this is about, if not the one asked for: its name, or an
-            intersection such as ``"a ∩ b"`` (§5.11).
-    """
-
-    preferred: frozenset[int] = frozenset()
-    avoided: frozenset[int] = frozenset()
-    cluster: str | None = None
-
-    def __post_init__(self) -> None:
-        """Check (3.8).
-
-        Raises:
-            InputError: if an action is both preferred and avoided.
-        """
-        both = sorted(self.preferred & self.avoided)
-        if both:
-            raise InputError(f"advice: actions {both} are both preferred and avoided; choose one")
+from irl.planning import uniform_policy, value_iteration
 
 
 class Demonstrator(Protocol):
@@ -53,14 +27,6 @@ class Demonstrator(Protocol):
         self, state: int, rng: np.random.Generator, max_steps: int = 50
     ) -> list[tuple[int, int]]:
         """(state, action) pairs from ``state`` until the run ends; empty if it ends there."""
-        ...
-
-
-class Expert(Protocol):
-    """Knows what to do, or not to do, throughout a cluster."""
-
-    def advise(self, cluster: str, states: np.ndarray) -> ClusterAdvice:
-        """Advice for the cluster of that name, holding the states of those indices."""
         ...
 
 
@@ -149,8 +115,7 @@ class OracleDemonstrator:
     @property
     def shown(self) -> np.ndarray:
         """How likely each action is to be shown, slips apart; float64 ``[n_states, n_actions]``."""
-        optimal = self.optimal_actions
-        return optimal / np.maximum(optimal.sum(axis=1, keepdims=True), 1)
+        return uniform_policy(self.optimal_actions)
 
     def label(self, state: int, rng: np.random.Generator) -> int:
         """A co-optimal action, drawn evenly; with probability ``label_noise`` another.
@@ -265,52 +230,3 @@ class RecordedDemonstrator:
         rest = shown[here.argmax() :]
         rest = rest[record.trajectory[rest] == record.trajectory[rest[0]]]
         return record.select(rest[:max_steps]).pairs
-
-
-@dataclass(frozen=True, eq=False)
-class OracleExpert:
-    """Advises what is optimal by an oracle's plan over a cluster.
-
-    Every state counts alike, of those that can be reached and where a run goes on. An action is
-    judged on the states where it is feasible.
-
-    Attributes:
-        demonstrator: whose co-optimal actions are the measure.
-        starts: indices of the states runs start in.
-        prefer_share: an action co-optimal in at least this share of its states is preferred.
-        avoid_share: an action co-optimal in at most this share of its states is avoided. Since
-            avoiding excludes, anything above 0 may exclude a state's only good action.
-    """
-
-    demonstrator: OracleDemonstrator
-    starts: np.ndarray
-    prefer_share: float = 0.8
-    avoid_share: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Check the shares.
-
-        Raises:
-            InputError: unless 0 ≤ ``avoid_share`` < ``prefer_share`` ≤ 1.
-        """
-        if not 0 <= self.avoid_share < self.prefer_share <= 1:
-            raise InputError(
-                "expert: 0 ≤ avoid_share < prefer_share ≤ 1 wanted, got "
-                f"{self.avoid_share} and {self.prefer_share}"
-            )
-
-    @cached_property
-    def _eligible(self) -> np.ndarray:
-        return self.demonstrator.model.reachable(self.starts) & ~self.demonstrator.terminal
-
-    def advise(self, cluster: str, states: np.ndarray) -> ClusterAdvice:
-        """Preferred and avoided actions for a cluster; none of either if no state counts."""
-        counted = np.asarray(states)[self._eligible[states]]
-        feasible = self.demonstrator.model.mask[counted].sum(axis=0)
-        optimal = self.demonstrator.optimal_actions[counted].sum(axis=0)
-        used = feasible > 0
-        share = optimal / np.maximum(feasible, 1)
-        return ClusterAdvice(
-            preferred=frozenset(np.flatnonzero(used & (share >= self.prefer_share)).tolist()),
-            avoided=frozenset(np.flatnonzero(used & (share <= self.avoid_share)).tolist()),
-        )

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import Demonstrator, Expert
+from irl.demonstrators import Demonstrator
+from irl.experts import Expert
 from irl.generalisation import Generalisation, generalise
 
 

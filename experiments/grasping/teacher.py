@@ -13,8 +13,9 @@ from experiments.grasping.hidden.drawn import habitual
 from irl.choices import Limits, Settings
 from irl.collection import by_trusted_rules, recorded_runs, runs_from
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import OracleDemonstrator, OracleExpert, RecordedDemonstrator
+from irl.demonstrators import OracleDemonstrator, RecordedDemonstrator
 from irl.errors import InputError
+from irl.experts import OracleExpert
 from irl.problem import LearningProblem
 from irl.rule_trust import Trust
 from irl.task_data import TaskData

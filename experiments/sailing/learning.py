@@ -21,9 +21,10 @@ from irl.baselines.ascent import RidgeConfig, ridge_ascend
 from irl.choices import Limits, Settings
 from irl.collection import demonstrate, mislabel
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert
+from irl.demonstrators import OracleDemonstrator
 from irl.domains.sailing import Sailing, ideal_clusters, purity, shuffled_clusters
 from irl.errors import InputError
+from irl.experts import ClusterAdvice, OracleExpert
 from irl.likelihood import LikelihoodProblem
 from irl.planning import policy_success, uniform_policy
 from irl.queries import select_part

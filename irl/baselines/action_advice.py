@@ -25,8 +25,8 @@ from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.baselines.sparse_planning import SparseConfig
 from irl.choices import Limits, check_range
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import ClusterAdvice
 from irl.errors import InputError
+from irl.experts import ClusterAdvice
 from irl.groups import Groups
 from irl.mdp import TransitionModel
 from irl.uncertainty import entropy, shannon_entropy

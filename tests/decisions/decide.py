@@ -20,7 +20,8 @@ from experiments.transitions.export import task_data
 from irl.active import ActiveConfig, active_fa_mlirl
 from irl.baselines.birl import SamplingConfig
 from irl.collection import demonstrate
-from irl.demonstrators import OracleDemonstrator, OracleExpert
+from irl.demonstrators import OracleDemonstrator
+from irl.experts import OracleExpert
 from irl.methods import METHODS, learn
 from irl.planning import value_iteration
 from irl.policy import Policy, save_policy

@@ -14,7 +14,8 @@ import numpy as np
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.active import ActiveConfig, active_fa_mlirl
 from irl.collection import initial_demonstrations
-from irl.demonstrators import OracleDemonstrator, OracleExpert
+from irl.demonstrators import OracleDemonstrator
+from irl.experts import OracleExpert
 from irl.metrics import success_mdp
 from irl.npz import read_npz, write_npz
 from irl.policy import Policy

@@ -11,9 +11,10 @@ from irl.active_state import identity, training_files
 from irl.advice import Advice
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import ClusterAdvice, OracleDemonstrator, OracleExpert
+from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import DOWN, LEFT, RIGHT, UP, GridWorld
 from irl.errors import InputError
+from irl.experts import ClusterAdvice, OracleExpert
 from irl.function_approx import Learner
 from irl.generalisation import Generalisation
 from irl.likelihood import LikelihoodProblem

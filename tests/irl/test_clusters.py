@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from irl.clusters import found, intersection, with_intersections
-from irl.demonstrators import OracleDemonstrator, OracleExpert
+from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import DOWN, LEFT, RIGHT, UP, GridWorld
 from irl.errors import InputError
+from irl.experts import OracleExpert
 
 CLUSTERS = {"a": np.array([0, 1, 2, 3]), "b": np.array([5, 3, 2]), "c": np.array([3, 2, 9])}
 MANY = st.lists(st.sets(st.integers(0, 7)), max_size=5).map(

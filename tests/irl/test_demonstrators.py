@@ -2,14 +2,9 @@ import numpy as np
 import pytest
 
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import (
-    ClusterAdvice,
-    OracleDemonstrator,
-    OracleExpert,
-    PolicyDemonstrator,
-    RecordedDemonstrator,
-)
+from irl.demonstrators import OracleDemonstrator, PolicyDemonstrator, RecordedDemonstrator
 from irl.errors import InputError
+from irl.experts import ClusterAdvice, OracleExpert
 from irl.mdp import TransitionModel
 
 # A square 0–1–3, 0–2–3 with the goal at 3 and a trap at 4: two ways of equal length.

@@ -8,9 +8,10 @@ import torch
 
 from irl.active import ActiveConfig, active_fa_mlirl
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import ClusterAdvice, OracleDemonstrator
+from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
+from irl.experts import ClusterAdvice
 from irl.lesson_events import (
     DONE,
     Advised,

@@ -12,9 +12,9 @@ from irl.baselines.action_advice import (
 )
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.demonstrations import Demonstrations
-from irl.demonstrators import ClusterAdvice
 from irl.domains.gridworld import DOWN, RIGHT, UP, GridWorld
 from irl.errors import InputError
+from irl.experts import ClusterAdvice
 from irl.uncertainty import action_probabilities
 
 

@@ -7,9 +7,10 @@ import numpy as np
 
 from irl.advice import AVOID_MODES, PREFER_MODES
 from irl.choices import Limits, Settings, check_choice
+from irl.cluster_queries import CLUSTER_STRATEGIES
 from irl.demonstrations import Demonstrations
 from irl.policy_update import POLICY_UPDATES
-from irl.queries import CLUSTER_STRATEGIES, STATE_STRATEGIES
+from irl.queries import STATE_STRATEGIES
 from irl.training import TrainingConfig
 from irl.vr_function import DEVICES, WIDEST
 
@@ -31,7 +32,7 @@ class ActiveConfig(Settings):
     state_query: str = "masked_entropy"
     """Which state to ask about: a name in irl.queries.STATE_STRATEGIES."""
     cluster_query: str = "masked_entropy"
-    """Which cluster to ask about: a name in irl.queries.CLUSTER_STRATEGIES, or none."""
+    """Which cluster to ask about: a name in irl.cluster_queries.CLUSTER_STRATEGIES, or none."""
     query_beta: Annotated[float, Limits(0, 1e9, open_low=True)] = 1.0
     """The inverse temperature of (4.2) in the queries; 1 in the thesis."""
     committee: Annotated[int, Limits(2, 1000)] = 5

@@ -7,6 +7,7 @@ import numpy as np
 from irl.active_config import ActiveConfig, Progress
 from irl.active_state import ActiveFiles, ActiveState, QueryRecord
 from irl.advice import Advice
+from irl.cluster_queries import select_cluster
 from irl.clusters import with_intersections
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
@@ -20,7 +21,6 @@ from irl.queries import (
     STATE_STRATEGIES,
     QueryContext,
     candidate_states,
-    select_cluster,
     select_states,
 )
 from irl.session import Question, Session

@@ -19,6 +19,7 @@ import numpy as np
 from irl.advice import Advice
 from irl.baselines.ascent import RidgeConfig, ridge_ascend
 from irl.choices import Limits, Settings
+from irl.cluster_queries import select_part
 from irl.collection import demonstrate, mislabel
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
@@ -27,7 +28,6 @@ from irl.errors import InputError
 from irl.experts import ClusterAdvice, OracleExpert
 from irl.likelihood import LikelihoodProblem
 from irl.planning import policy_success, uniform_policy
-from irl.queries import select_part
 from irl.uncertainty import entropy
 
 STRATEGIES = ("random_advice", "uncertain_state", "uncertain_cluster", "random_cluster")

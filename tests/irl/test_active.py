@@ -9,6 +9,7 @@ import irl.training
 from irl.active import ActiveConfig, active_fa_mlirl
 from irl.active_state import identity, training_files
 from irl.advice import Advice
+from irl.cluster_queries import select_cluster
 from irl.committee import Committee
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
@@ -22,13 +23,7 @@ from irl.planning import policy_success
 from irl.policy import Policy
 from irl.preferences import StatePreferences
 from irl.problem import LearningProblem
-from irl.queries import (
-    COMMITTEE_STRATEGIES,
-    STATE_STRATEGIES,
-    QueryContext,
-    select_cluster,
-    select_states,
-)
+from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES, QueryContext, select_states
 from irl.teacher import Teacher
 from irl.training import TrainingConfig
 from irl.vr_function import VRFunction, torch_generator

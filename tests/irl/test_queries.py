@@ -3,11 +3,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from irl.cluster_queries import CLUSTER_STRATEGIES, select_cluster, select_part
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.queries import (
-    CLUSTER_STRATEGIES,
     COMMITTEE_STRATEGIES,
     STATE_STRATEGIES,
     QueryContext,
@@ -15,8 +15,6 @@ from irl.queries import (
     diversified_entropy,
     information_value,
     margin,
-    select_cluster,
-    select_part,
     select_states,
     thesis_entropy,
     visitation_entropy,

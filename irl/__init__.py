@@ -29,13 +29,13 @@ array([1, 1, 1, 2, 0, 0])
 The modules in reading order. A task: `mdp`, `task`, `task_data`, `gymnasium_interop`, `domains`.
 Teaching: `demonstrations`, `runs`, `records`, `tables`, `demonstrators`, `experts`,
 `generalisation`, `collection`, `teacher`, `problem`. The network and its training: `vr_function`,
-`likelihood`, `neighbourhood`, `bellman`, `optimizers`, `training`, `function_approx`. Questions and
-advice: `uncertainty`, `queries`, `committee`, `clusters`, `cluster_queries`, `preferences`,
-`advice`, `active`, `active_state`. Lessons by a person: `lesson_events`, `lesson_taught`, `session`
-(with one module for each kind of learner), `student`, `lesson`, `lesson_replay`, `lesson_exchange`,
-`lesson_merge`, `lesson_odds`. Every method: `methods`, `method_inputs`, `method_iterations`,
-`baselines`, `state_only`. Judging: `planning`, `evaluation`, `metrics`, `policy`, `outcomes`. The
-rest is small tools: files, hashes, checks.
+`likelihood`, `neighbourhood`, `bellman`, `optimizers`, `training_config`, `training`,
+`function_approx`. Questions and advice: `uncertainty`, `queries`, `committee`, `clusters`,
+`cluster_queries`, `preferences`, `advice`, `active`, `active_state`. Lessons by a person:
+`lesson_events`, `lesson_taught`, `session` (with one module for each kind of learner), `student`,
+`lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`, `lesson_odds`. Every method:
+`methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging: `planning`,
+`evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes, checks.
 """
 
 from importlib import import_module
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from irl.problem import LearningProblem
     from irl.task_data import TaskData, Transitions, load_task, save_task
     from irl.teacher import Teacher
-    from irl.training import TrainingConfig
+    from irl.training_config import TrainingConfig
 
 __version__ = "0.1.0"
 __all__ = [
@@ -98,7 +98,7 @@ _HOMES = {
     "problem": ("LearningProblem",),
     "task_data": ("TaskData", "Transitions", "load_task", "save_task"),
     "teacher": ("Teacher",),
-    "training": ("TrainingConfig",),
+    "training_config": ("TrainingConfig",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

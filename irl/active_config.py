@@ -11,7 +11,7 @@ from irl.cluster_queries import CLUSTER_STRATEGIES
 from irl.demonstrations import Demonstrations
 from irl.policy_update import POLICY_UPDATES
 from irl.queries import STATE_STRATEGIES
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 from irl.vr_function import DEVICES, WIDEST
 
 

@@ -14,7 +14,7 @@ from irl.checkpoint import Checkpoint
 from irl.demonstrations import Demonstrations
 from irl.function_approx import Learner
 from irl.problem import LearningProblem
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction, torch_generator
 
 

@@ -13,7 +13,8 @@ from irl.checkpoint import Checkpoint
 from irl.demonstrations import Demonstrations
 from irl.likelihood import LikelihoodProblem
 from irl.problem import LearningProblem
-from irl.training import Training, TrainingConfig, train
+from irl.training import Training, train
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction, pin
 
 

@@ -24,7 +24,7 @@ from irl.queries import (
     select_states,
 )
 from irl.session import Question, Session
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 from irl.uncertainty import action_probabilities
 from irl.vr_function import VRFunction, torch_generator
 

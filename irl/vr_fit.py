@@ -17,7 +17,8 @@ from irl.choices import Limits, Settings, check_choice, made
 from irl.likelihood import LikelihoodProblem
 from irl.method_inputs import Found, Inputs, inverse_temperature
 from irl.method_iterations import HIDDEN
-from irl.training import TrainingConfig, train
+from irl.training import train
+from irl.training_config import TrainingConfig
 from irl.vr_function import DEVICES, WIDEST, VRFunction, pin, torch_generator
 
 NETWORKS = 3

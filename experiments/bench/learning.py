@@ -19,7 +19,8 @@ import torch
 from experiments.bench.comparison import Peers, Row
 from irl.domains.gridworld import GridWorld, goal_cell
 from irl.likelihood import LikelihoodProblem
-from irl.training import TrainingConfig, train
+from irl.training import train
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction
 
 SMALL, LARGE = 7, 101  # cells a side

@@ -23,7 +23,7 @@ from irl.problem import LearningProblem
 from irl.rule_trust import AT_THE_END, ON_THE_WAY, Trust
 from irl.task_data import EVIDENCE, TaskData
 from irl.teacher import Teacher
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 from models.task.spaces import N_STATES
 
 THESIS_DEMONSTRATIONS, THESIS_DEMONSTRATED = 981, 0.0811

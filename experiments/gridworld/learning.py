@@ -9,7 +9,8 @@ import torch
 from irl.domains.gridworld import GridWorld
 from irl.likelihood import LikelihoodProblem
 from irl.preferences import StatePreferences
-from irl.training import TrainingConfig, train
+from irl.training import train
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction, torch_generator
 
 EVALUATIONS = (12, 60)  # fewest and most points on an accuracy curve, dense where learning is fast

@@ -15,7 +15,8 @@ from irl.choices import Settings
 from irl.likelihood import LikelihoodProblem
 from irl.posterior.learner import GoalLearner
 from irl.posterior.predictions import ALIKE
-from irl.training import TrainingConfig, train
+from irl.training import train
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction, pin, torch_generator
 
 

@@ -28,7 +28,7 @@ from irl.policy import Policy, save_policy
 from irl.problem import LearningProblem
 from irl.task_data import TaskData, load_task, save_task
 from irl.teacher import Teacher
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 from models.gen3 import closed_form
 from models.maps.workspace import Grid, WorkspaceSolver
 from models.task.trial_classes import trial_classes

@@ -22,7 +22,7 @@ from irl.policy import Policy
 from irl.problem import LearningProblem
 from irl.task_data import load_task
 from irl.teacher import Teacher
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 
 RUNS = [("avx512", 1), ("avx2", 1), ("default", 1), ("avx512", 2)]
 TRAINING = TrainingConfig(iterations=1000, bellman_weight=10, bellman_delta=0.05)

@@ -34,7 +34,8 @@ from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 from irl.problem import LearningProblem
 from irl.task import TaskData, Transitions
-from irl.training import Training, TrainingConfig, train
+from irl.training import Training, train
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction
 from models.inverse_kinematics.solution import Failure
 from models.maps import lite

@@ -25,7 +25,7 @@ from irl.preferences import StatePreferences
 from irl.problem import LearningProblem
 from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES, QueryContext, select_states
 from irl.teacher import Teacher
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction, torch_generator
 
 torch.set_num_threads(1)  # networks this small gain nothing from more

@@ -16,7 +16,8 @@ from irl.domains.gridworld import (
 )
 from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
-from irl.training import TrainingConfig, train
+from irl.training import train
+from irl.training_config import TrainingConfig
 from irl.vr_function import VRFunction
 
 torch.set_num_threads(1)  # networks this small gain nothing from more

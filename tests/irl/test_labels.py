@@ -12,7 +12,7 @@ from irl.domains.gridworld import LEFT, RIGHT, UP, GridWorld
 from irl.labels import Labels
 from irl.method_inputs import labelled_policy
 from irl.methods import METHODS, learn
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 
 torch.set_num_threads(1)  # networks this small gain nothing from more
 

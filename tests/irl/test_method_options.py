@@ -9,7 +9,7 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.mdp import TransitionModel
 from irl.methods import METHODS, learn
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 
 N = 5
 

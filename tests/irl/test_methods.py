@@ -14,7 +14,7 @@ from irl.method_inputs import Inputs
 from irl.methods import METHODS, learn
 from irl.planning import transition_matrix, value_iteration
 from irl.problem import LearningProblem
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 
 GAMMA = 0.9
 KEYS = {

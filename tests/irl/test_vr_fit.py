@@ -3,7 +3,7 @@ import pytest
 
 from irl.errors import InputError
 from irl.methods import learn
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 
 
 def log_likelihood(model, q, shown, beta):

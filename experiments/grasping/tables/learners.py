@@ -10,7 +10,7 @@ from experiments.grasping.learning import LearningConfig
 from irl.active import ActiveConfig
 from irl.mdp import TransitionModel
 from irl.problem import LearningProblem
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 
 _THESIS_TRAINING = TrainingConfig(iterations=10_000, beta=1.0, schedule="none")
 _SHORT = TrainingConfig(iterations=3000, step=3e-3, beta=1.0)

@@ -15,7 +15,7 @@ from experiments.kit.jobs import rows_of
 from experiments.kit.kept_rows import KeptRows
 from irl.choices import Limits, Members
 from irl.queries import STATE_STRATEGIES
-from irl.training import TrainingConfig
+from irl.training_config import TrainingConfig
 from models.task.spaces import N_STATES
 
 _CLIMB = TrainingConfig(iterations=300, step=3e-3)

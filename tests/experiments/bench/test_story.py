@@ -4,7 +4,8 @@ import torch
 
 from experiments.bench import learning
 from experiments.bench.comparison import Peers, Row, best_of
-from irl.training import TrainingConfig, train
+from irl.training import train
+from irl.training_config import TrainingConfig
 
 torch.set_num_threads(1)
 

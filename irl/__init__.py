@@ -34,8 +34,9 @@ Teaching: `demonstrations`, `runs`, `records`, `tables`, `demonstrators`, `exper
 `cluster_queries`, `preferences`, `advice`, `active`, `active_state`. Lessons by a person:
 `lesson_events`, `lesson_taught`, `session` (with one module for each kind of learner), `student`,
 `lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`, `lesson_odds`. Every method:
-`methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging: `planning`,
-`evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes, checks.
+`methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging: `rewards`,
+`planning`, `evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes,
+checks.
 """
 
 from importlib import import_module

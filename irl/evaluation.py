@@ -1,7 +1,7 @@
 """What a policy is worth under a reward that is given, and what it falls short of.
 
 Rewards are given as to ``irl.planning.value_iteration``: a method's reward is earned on entering a
-state, or by acting; `irl.planning.pair_rewards` makes one for acting from other tables. Values are
+state, or by acting; `irl.rewards.pair_rewards` makes one for acting from other tables. Values are
 exact, by a linear system, for policies that choose one action and for those that choose by chance.
 """
 
@@ -14,7 +14,8 @@ from irl.choices import check_range
 from irl.errors import InputError
 from irl.integers import integers, unmasked
 from irl.mdp import TransitionModel
-from irl.planning import earned_by_acting, transition_matrix, value_iteration
+from irl.planning import transition_matrix, value_iteration
+from irl.rewards import earned_by_acting
 
 TOLERANCE = 1e-6
 """How far probabilities may be from summing to 1; float32 holds them to about 1e-7."""

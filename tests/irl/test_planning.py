@@ -9,12 +9,12 @@ from irl.onward import Onward
 from irl.planning import (
     backup,
     best,
-    pair_rewards,
     policy_success,
     transition_matrix,
     uniform_policy,
     value_iteration,
 )
+from irl.rewards import pair_rewards
 
 
 def test_chain_has_its_closed_form_values(chain):

@@ -30,13 +30,13 @@ The modules in reading order. A task: `mdp`, `task`, `task_data`, `gymnasium_int
 Teaching: `demonstrations`, `runs`, `records`, `tables`, `demonstrators`, `experts`,
 `generalisation`, `collection`, `teacher`, `problem`. The network and its training: `vr_function`,
 `likelihood`, `neighbourhood`, `bellman`, `optimizers`, `training_config`, `training`,
-`function_approx`. Questions and advice: `uncertainty`, `queries`, `committee`, `clusters`,
-`cluster_queries`, `preferences`, `advice`, `active`, `active_state`. Lessons by a person:
-`lesson_events`, `lesson_taught`, `session` (with one module for each kind of learner), `student`,
-`lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`, `lesson_odds`. Every method:
-`methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging: `rewards`,
-`planning`, `evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools: files, hashes,
-checks.
+`function_approx`. Questions and advice: `uncertainty`, `queries`, `asking`, `committee`,
+`clusters`, `cluster_queries`, `preferences`, `advice`, `active`, `active_state`. Lessons by a
+person: `lesson_events`, `lesson_taught`, `session` (with one module for each kind of learner),
+`student`, `lesson`, `lesson_replay`, `lesson_exchange`, `lesson_merge`, `lesson_odds`. Every
+method: `methods`, `method_inputs`, `method_iterations`, `baselines`, `state_only`. Judging:
+`rewards`, `planning`, `evaluation`, `metrics`, `policy`, `outcomes`. The rest is small tools:
+files, hashes, checks.
 """
 
 from importlib import import_module

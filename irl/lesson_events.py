@@ -127,12 +127,14 @@ class Advised:
         states_hash: of its states, `hash_of_states`; not compared where it is empty.
         preferred: actions.
         avoided: actions.
+        seconds: that it took; 0 if nobody measured.
     """
 
     cluster: str
     states_hash: str
     preferred: list
     avoided: list
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from irl.asking import as_good_as_best, toss_up
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.lesson_events import LEARN, Advised, Answered, Event, Imported, hash_of_states
@@ -36,6 +37,10 @@ START = "start"
 """The strategy of questions before there is anything to choose by: where runs begin."""
 RETEST = "test again"
 """That of a state asked about once more, for an answer contradicted what was proposed there."""
+
+ALIKE = 1e-6
+"""Share of a state's range of values within which a learner of one set of values calls actions
+equally good: less than that it does not learn from anything but symmetry."""
 
 
 @dataclass(frozen=True)
@@ -211,6 +216,19 @@ class Session(ABC):
     @abstractmethod
     def sure(self, states: np.ndarray) -> np.ndarray:
         """Probability that the policy's action will do, float64 ``[len(states)]``."""
+
+    @abstractmethod
+    def gain(self, states: np.ndarray) -> np.ndarray:
+        """What an answer in each state is expected to tell, in nats, float64 ``[len(states)]``."""
+
+    @property
+    def left(self) -> float:
+        """All that is left to learn, in nats; here there is no measure of it: infinite."""
+        return np.inf
+
+    def toss_up(self, states: np.ndarray) -> np.ndarray:
+        """Where the learner is sure that several actions will do, bool ``[len(states)]``."""
+        return toss_up(as_good_as_best(self.q[states], ALIKE))
 
     def arrived(self) -> np.ndarray:
         """Which states it takes for goals, bool ``[n_states]``; none where it does not know."""

@@ -9,18 +9,20 @@ from collections.abc import Callable
 import numpy as np
 
 from irl.active_config import Progress
+from irl.asking import toss_up
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.lesson_events import AUDIT, DONE, Answered
 from irl.posterior.audit import FIRST, LATER, Audit
 from irl.posterior.enough import LEARNT, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
-from irl.posterior.predictions import votes
+from irl.posterior.predictions import votes, votes_of_all
 from irl.posterior.questions import information_gain
 from irl.problem import LearningProblem
 from irl.session import RETEST, Question, Session
 from irl.session_settled import Enough
 from irl.taught_state import TaughtState
+from irl.uncertainty import shannon_entropy
 
 INFORMATION, TEST = "information", "test"
 """Strategies: where an answer tells most; and by chance, to test a proposal."""
@@ -147,12 +149,33 @@ class GoalSession(Session):
 
         Where it takes a state for a goal, that it is one.
         """
-        belief, action = self.learner.belief, self.learner.action
-        chosen, weight = belief.likely()
-        ends = belief.members(belief.goal[chosen])[states] @ weight
+        belief, action, ends = self.learner.belief, self.learner.action, self._ends(states)
         acting, sure = action[states] >= 0, np.zeros(states.size)
         sure[acting] = votes(belief, states[acting], action[states[acting]])
         return np.maximum(sure * (1 - ends), ends)
+
+    def _ends(self, states: np.ndarray) -> np.ndarray:
+        """Probability that a state is a goal."""
+        belief = self.learner.belief
+        chosen, weight = belief.likely()
+        return np.asarray(belief.members(belief.goal[chosen])[states] @ weight)
+
+    def gain(self, states: np.ndarray) -> np.ndarray:
+        """The information of an answer there about goal and costs."""
+        return information_gain(self.learner.belief, states)
+
+    @property
+    def left(self) -> float:
+        """The entropy of goal and costs."""
+        return float(shannon_entropy(self.learner.belief.weight))
+
+    def toss_up(self, states: np.ndarray) -> np.ndarray:
+        """Where nearly all that is believed agrees on several actions that will do.
+
+        In a goal none does as well as to be done.
+        """
+        belief = self.learner.belief
+        return toss_up(votes_of_all(belief, states) * (1 - self._ends(states)[:, None]))
 
     def arrived(self) -> np.ndarray:
         """The states that are more likely a goal than not."""

@@ -20,7 +20,7 @@ from irl.queries import (
 )
 from irl.session import Question, Session
 from irl.taught_state import TaughtState
-from irl.uncertainty import action_probabilities
+from irl.uncertainty import action_probabilities, entropy
 
 STRATEGIES = tuple(name for name in STATE_STRATEGIES if name not in COMMITTEE_STRATEGIES)
 _BETA = 30.0
@@ -107,3 +107,7 @@ class MethodSession(Session):
     def sure(self, states: np.ndarray) -> np.ndarray:
         """The policy's own probability of its action."""
         return action_probabilities(self.q[states], _BETA).max(axis=1)
+
+    def gain(self, states: np.ndarray) -> np.ndarray:
+        """The entropy of its choice there, (4.1)."""
+        return entropy(self.q[states], _BETA)

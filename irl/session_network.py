@@ -25,7 +25,7 @@ from irl.queries import (
 )
 from irl.session import Question, Session
 from irl.training_config import TrainingConfig
-from irl.uncertainty import action_probabilities
+from irl.uncertainty import action_probabilities, entropy
 from irl.vr_function import VRFunction, torch_generator
 
 
@@ -163,6 +163,10 @@ class NetworkSession(Session):
     def sure(self, states: np.ndarray) -> np.ndarray:
         """The policy's own probability of its action, at the network's β."""
         return action_probabilities(self.q[states], self.state.learner.beta).max(axis=1)
+
+    def gain(self, states: np.ndarray) -> np.ndarray:
+        """The entropy of its choice there, (4.1)."""
+        return entropy(self.q[states], self.config.query_beta)
 
     # --- What was said ----------------------------------------------------------------------
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from irl.asking import looked_at, visits
 from irl.checkpoint import fingerprint
 from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
@@ -98,6 +99,10 @@ class Learnt:
             can be done.
         error: why the round could not be done; empty if it was.
         arrived: states that it takes for goals, bool ``[n_states]``.
+        gain: what an answer is expected to tell, in nats, float32 ``[n_states]``; 0 in toss-ups
+            and where one was given, NaN in the many states where it was not worked out.
+        left: all that is left to learn, in nats; infinite where the learner cannot tell.
+        toss_up: where the learner is sure that several actions will do, bool ``[n_states]``.
     """
 
     k: int
@@ -108,6 +113,9 @@ class Learnt:
     sure: np.ndarray
     error: str = ""
     arrived: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    gain: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.float32))
+    left: float = np.inf
+    toss_up: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
 class Student:
@@ -137,12 +145,33 @@ class Student:
         acting = np.flatnonzero(policy.action >= 0)
         sure = np.zeros(model.n_states, dtype=np.float32)
         sure[acting] = session.sure(acting)
+        questions = session.propose(config.queue)
+        gain, even = self._worth(session, policy, acting, questions)
         return Learnt(
             order.k,
             policy,
             policy_hash(policy),
-            session.propose(config.queue),
+            questions,
             session.enough(),
             sure,
             arrived=session.arrived(),
+            gain=gain,
+            left=session.left,
+            toss_up=even,
         )
+
+    def _worth(
+        self, session: Session, policy: Policy, acting: np.ndarray, questions: Sequence[Question]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What answers would tell, and where there are toss-ups; see `Learnt`."""
+        problem = self.subject.problem
+        model, asked = problem.model, np.array([q.state for q in questions], dtype=np.int64)
+        gain = np.full(model.n_states, np.nan, dtype=np.float32)
+        even = np.zeros(model.n_states, dtype=bool)
+        if acting.size:
+            visited = visits(model, policy.action, problem.start_states)
+            some = looked_at(acting, visited, asked)
+            even[some] = session.toss_up(some)
+            gain[some] = np.where(even[some], 0.0, np.maximum(session.gain(some), 0.0))
+            gain[np.intersect1d(some, session.known)] = 0.0
+        return gain, even

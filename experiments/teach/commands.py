@@ -35,7 +35,7 @@ _OPTIONAL = {
     "answer": ("seconds", "previews", "outcome", "state"),
     "correct": ("after",),
     "run": ("state",),
-    "advise": ("preferred", "avoided"),
+    "advise": ("preferred", "avoided", "seconds"),
 }
 _WANTED: Mapping[str, tuple[str, ...]] = {
     "answer": ("action",),
@@ -199,7 +199,8 @@ def _act(desk: Desk) -> str:
 
 def _advise(desk: Desk, command: Command, token: str) -> str:
     good, bad = command.get("preferred", []), command.get("avoided", [])
-    given = desk.advise(command["cluster"], good, bad, token)
+    seconds = command.get("seconds", 0.0)
+    given = desk.advise(command["cluster"], good, bad, token, seconds=seconds)
     told = f"in {given.states} states"
     if given.contradicted:
         numbers = ", ".join(map(str, given.contradicted))

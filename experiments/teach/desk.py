@@ -230,9 +230,15 @@ class Desk(Notes):
         return int(states.size)
 
     def advise(
-        self, cluster: str, preferred: Sequence[int], avoided: Sequence[int], token: str
+        self,
+        cluster: str,
+        preferred: Sequence[int],
+        avoided: Sequence[int],
+        token: str,
+        *,
+        seconds: float = 0.0,
     ) -> AdviceGiven:
-        """Say what to prefer and what to avoid in all states of a cluster."""
+        """Say, in so many seconds, what to prefer and to avoid in all states of a cluster."""
         states = self._some_members(cluster)
         good, bad = sorted({int(a) for a in preferred}), sorted({int(a) for a in avoided})
         for action in [*good, *bad]:
@@ -242,7 +248,8 @@ class Desk(Notes):
             raise InputError(
                 f"action {min(set(good) & set(bad))} is both preferred and avoided", place="advice"
             )
-        if not self._say([Advised(cluster, hash_of_states(states), good, bad)], token):
+        taken = round(float(seconds), 3)
+        if not self._say([Advised(cluster, hash_of_states(states), good, bad, taken)], token):
             return AdviceGiven(False)
         inside = set(states.tolist())
         contradicted = tuple(

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from experiments.teach.asking import EPISODE, LONGEST, Asking
+from experiments.teach.asking import EPISODE, LONGEST, Asking, Suggestion
 from experiments.teach.rounds import Learner, Rounds
 from experiments.teach.shown import Shown
 from experiments.teach.worlds import World
@@ -60,10 +60,16 @@ class Notes:
         self.taught = Taught.of(self.lesson.events)
         self.rounds = Rounds(self.lesson, self.learner)
         self.asking = Asking(self.world, self.lesson, self.taught, self.student.seed)
+        self.asking.synchronous = self.config.synchronous
         self.question: Shown | None = None
         open_ = self.asking.open_question()
         if open_ is not None:
             self.question = self.asking.shown(*open_)
+
+    @property
+    def suggestion(self) -> Suggestion | None:
+        """What had best be asked next for the teacher's time; None if nothing can be said."""
+        return self.asking.suggestion(self.question)
 
     def _next(self) -> None:
         self._say([self.asking.event(self.asking.next())])

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.teach.worlds import World
+from irl.asking import visits
 from irl.lesson_events import DONE
-from irl.planning import transition_matrix
 from irl.student import Learnt
 
-HORIZON = 20  # actions that visits are counted over
 TOP = 3
 
 
@@ -102,18 +101,12 @@ class Reasons:
     """Why a learner asks, worked out once a round."""
 
     def __init__(self, world: World, learnt: Learnt) -> None:
-        """Prepare: visits of the policy from the starts in `HORIZON` actions."""
+        """Prepare: visits of the policy from the starts."""
         assert learnt.policy is not None
         self._world, self._learnt = world, learnt
         model, starts = world.model, world.subject.problem.start_states
-        onward = transition_matrix(model, learnt.policy.action).T.tocsr()
-        here = np.zeros(model.n_states)
-        here[starts] = 1 / starts.size
-        visits = here.copy()
-        for _ in range(HORIZON - 1):
-            here = onward @ here
-            visits += here
-        self._visits = visits / max(visits.max(), 1e-12)
+        total = visits(model, learnt.policy.action, starts)
+        self._visits = total / max(total.max(), 1e-12)
 
     def why(self, state: int, strategy: str, answered: np.ndarray) -> Why:
         """Why ``state`` is asked about, when ``answered`` states have answers."""
@@ -125,6 +118,35 @@ class Reasons:
                 words or f"Chosen by {strategy.replace('_', ' ')}."
             ) + f" {_said(doubt, visited)}"
         return Why(doubt, visited, new, words)
+
+    def gain(self, states: np.ndarray) -> float:
+        """What an answer in one of some states tells, as often as the policy comes by each.
+
+        As often as each other if it comes by none; 0 if nothing is known of any.
+        """
+        known = states[np.isfinite(self._learnt.gain[states])]
+        if not known.size:
+            return 0.0
+        often = self._visits[known]
+        gain = self._learnt.gain[known].astype(np.float64)
+        return float(np.average(gain, weights=often if often.sum() > 0 else None))
+
+    @property
+    def left(self) -> float:
+        """All that is left to learn."""
+        return self._learnt.left
+
+    @property
+    def on_my_way(self) -> np.ndarray:
+        """States that the policy comes by and that it does not take for goals."""
+        coming = self._visits > 0
+        if self._learnt.arrived.size:
+            coming &= ~self._learnt.arrived
+        return np.flatnonzero(coming)
+
+    def toss_up(self, state: int) -> bool:
+        """Whether the learner is sure that several actions will do."""
+        return bool(self._learnt.toss_up.size and self._learnt.toss_up[state])
 
     def top(self, state: int) -> tuple[int, ...]:
         """The favourites in a state, best first."""

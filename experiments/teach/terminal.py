@@ -40,7 +40,7 @@ def teach(desk: Desk) -> None:
                 continue
             if command.get("do") == QUIT:
                 break
-            if "action" in command and "do" not in command:
+            if ("action" in command and "do" not in command) or command.get("do") == "advise":
                 command = {**command, "seconds": time.monotonic() - began}
             check(command, "answer")
             print(f"  {perform(desk, command)}")
@@ -59,6 +59,9 @@ def show(desk: Desk, asked: Shown) -> None:
         print(f" {mark} {k}  {world.say_action(action)}")
     if asked.proposed is not None and asked.proposed not in asked.top:
         print(f" ▸    {world.say_action(asked.proposed)}")
+    suggestion = desk.suggestion
+    if suggestion is not None:
+        print(f"  {suggestion.words}")
 
 
 def understood(desk: Desk, asked: Shown, line: str) -> Command | None:

@@ -4,7 +4,7 @@ Predictions are the learner's own. They are right if the truth is among the hypo
 to be read beside `ends_agree`, which needs no such faith.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,17 +39,37 @@ def votes(belief: Belief, states: np.ndarray, action: np.ndarray) -> np.ndarray:
         action: a feasible one of each, ``[n]``.
     """
     model = belief.plans.model
+    groups = Groups.of_widths(model.widths[states])
+    place = groups.first + model.pair_index(states, action) - model.first_pair[states]
+    total = np.zeros(states.size)
+    for q, best, weight in _values(belief, states):
+        total += (best - q[place] <= ALIKE) @ weight
+    return total
+
+
+def votes_of_all(belief: Belief, states: np.ndarray) -> np.ndarray:
+    """`votes` for every action, float64 ``[n, n_actions]``; NaN where infeasible."""
+    feasible = belief.plans.model.mask[states]
+    total, segment = np.zeros(feasible.sum()), np.nonzero(feasible)[0]
+    for q, best, weight in _values(belief, states):
+        total += (best[segment] - q <= ALIKE) @ weight
+    table = np.full(feasible.shape, np.nan)
+    table[feasible] = total
+    return table
+
+
+def _values(
+    belief: Belief, states: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Values of the states' pairs, the best of each state, and weights, a few hypotheses a time."""
+    model = belief.plans.model
     chosen, weight = belief.likely()
     groups = Groups.of_widths(model.widths[states])
     within = np.arange(groups.size) - groups.spread(groups.first)
     pairs = groups.spread(model.first_pair[states]) + within
-    place = groups.first + model.pair_index(states, action) - model.first_pair[states]
-    total = np.zeros(states.size)
     for k in range(0, chosen.size, _CHUNK):
         q = belief.values_of(chosen[k : k + _CHUNK], pairs)
-        short = np.maximum.reduceat(q, groups.first) - q[place]
-        total += (short <= ALIKE) @ weight[k : k + _CHUNK]
-    return total
+        yield q, np.maximum.reduceat(q, groups.first), weight[k : k + _CHUNK]
 
 
 @dataclass(frozen=True)

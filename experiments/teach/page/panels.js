@@ -93,7 +93,7 @@ export default {
   </section>`,
   props: { panels: Object, progress: Object, state: Object },
   data() {
-    return { tab: "f", tabs: TABS, KEYS, STATES, chosen: [], group: null, advice: {}, off: [], edited: null };
+    return { tab: "f", tabs: TABS, KEYS, STATES, chosen: [], group: null, advice: {}, off: [], edited: null, since: 0 };
   },
   computed: {
     settled() {
@@ -140,6 +140,7 @@ export default {
           ?? this.$el.querySelector("nav [aria-selected=true]")).focus());
     },
     pick(name) {
+      if (!this.chosen.length) this.since = performance.now();
       this.chosen = this.chosen.includes(name) ? this.chosen.filter((x) => x !== name) : [...this.chosen, name];
       if (!this.chosen.length) this.group = null;
       else this.say({ kind: "group", names: this.chosen });
@@ -166,7 +167,9 @@ export default {
       return this.group.actions.map((each) => each.a).filter((a) => STATES[this.advice[a] ?? 0] === state);
     },
     advise() {
-      this.say({ kind: "advise", cluster: this.group.expression, preferred: this.of("prefer"), avoided: this.of("avoid") });
+      const seconds = (performance.now() - this.since) / 1000;
+      this.since = performance.now();
+      this.say({ kind: "advise", cluster: this.group.expression, preferred: this.of("prefer"), avoided: this.of("avoid"), seconds });
     },
     exclude() {
       const pairs = this.panels.given.follows.filter((_, i) => this.off[i]).map((each) => each.pair);

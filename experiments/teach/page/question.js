@@ -63,6 +63,7 @@ export default {
         <div v-for="bar in question.why.bars" class="meter"><span>{{ bar.name }}</span>
           <i><b :style="{width: Math.round(100 * bar.share) + '%'}"></b></i>
           <span class="share">{{ Math.round(100 * bar.share) }} %</span></div>
+        <div v-if="state.next" class="next" data-teach="next">{{ state.next }}</div>
       </div>
     </template>
   </section>`,

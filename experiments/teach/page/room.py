@@ -77,7 +77,7 @@ class Room:
     def _look(self) -> Plain:
         desk, playing = self.desk, self.playing
         asked = None if playing is None else playing.question
-        question = asked or desk.question
+        question, suggestion = asked or desk.question, desk.suggestion
         return {
             "question": None
             if question is None
@@ -89,6 +89,7 @@ class Room:
                 "canPlay": playing is not None and desk.policy is not None,
                 "acks": list(self._heard)[-20:],
                 "correcting": asked is not None,
+                "next": "" if suggestion is None or asked else suggestion.words,
             },
             "view": self.motions.shown(),
             "panels": {
@@ -146,10 +147,8 @@ class Room:
             playing.correct(question, action)
             return
         asked = self.desk.question
-        seconds = float(message.get("seconds", 0.0))
-        if not 0.0 <= seconds <= _DAY:
-            seconds = 0.0  # a clock that was set meanwhile, or no number at all
-        given = self.desk.answer(question, action, seconds=seconds, previews=self._previews)
+        seconds, previews = _seconds(message), self._previews
+        given = self.desk.answer(question, action, seconds=seconds, previews=previews)
         if not given.accepted or asked is None:
             return
         self._previews = 0
@@ -229,9 +228,8 @@ class Room:
         return {"group": panels.group(self.desk, names, self.motions.picture) if names else None}
 
     def _do_advise(self, message: Plain, token: str) -> None:
-        given = self.desk.advise(
-            str(message["cluster"]), message["preferred"], message["avoided"], token
-        )
+        cluster, good, bad = str(message["cluster"]), message["preferred"], message["avoided"]
+        given = self.desk.advise(cluster, good, bad, token, seconds=_seconds(message))
         if given.accepted:
             against = len(given.contradicted)
             self._note = f"Advice about {given.states:,} states" + (
@@ -320,3 +318,9 @@ class Room:
         """End motions."""
         self.acting.end()
         self.motions.stop()
+
+
+def _seconds(message: Plain) -> float:
+    seconds = float(message.get("seconds", 0.0))
+    # A clock that was set meanwhile, or no number at all, tells nothing.
+    return seconds if 0.0 <= seconds <= _DAY else 0.0

@@ -11,6 +11,7 @@ from experiments.grasping.learning import FACTORED, network_features
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.desk import Desk, DeskConfig
 from experiments.teach.rounds import LocalLearner
+from experiments.teach.terminal import show
 from experiments.teach.worlds import grid_world, robot_world
 from irl.active import ActiveConfig, active_fa_mlirl
 from irl.demonstrations import Demonstrations
@@ -334,3 +335,59 @@ def test_networks_see_of_the_robots_task_what_they_see_in_the_demo():
     world, task = robot_world(SHIPPED_TASK), load_task(SHIPPED_TASK)
     assert np.array_equal(world.subject.problem.features, network_features(task, FACTORED))
     assert world.subject.task_hash == task.task_hash
+
+
+def test_after_the_first_trajectory_it_says_what_tells_most_for_the_teachers_time(desk, capsys):
+    at = desk(GOALS)
+    while at.learnt is None:
+        assert at.suggestion is None
+        at.answer(at.question.token, best(at.question.state), seconds=5.0)
+    gain, state = at.learnt.gain, at.question.state
+    told = gain[[a.state for a in at.taught.answers.values()]]
+    assert (told[np.isfinite(told)] == 0).all()  # what was said once tells nothing again
+    assert at.suggestion.worth.gain > 0 and at.suggestion.worth.seconds > 0
+    # One state by itself tells 0.8 bits, at 8 s before this teacher was timed; nothing else does.
+    gain[:] = 0.0
+    gain[state] = 0.8 * np.log(2)
+    show(at, at.question)
+    assert at.suggestion.kind == "state" and at.suggestion.worth.offer.state == state
+    assert "one state by itself (0.8 bits in 8 s)" in capsys.readouterr().out
+    # Where it leads to tells as much, and to go on costs 5 s.
+    at.answer(at.question.token, best(state), seconds=3000.0)
+    came, gain = at.question, at.learnt.gain
+    assert came.step
+    gain[:] = 0.01
+    gain[came.state] = 0.5
+    assert at.suggestion.kind == "step" and at.suggestion.worth.seconds == 5.0
+    gain[:] = 0.01  # alike everywhere, and advice takes this teacher no time
+    name = next(iter(WORLD.clusters))
+    at.advise(name, [], [], "advice", seconds=0.01)
+    at.learnt.gain[:] = 0.01
+    assert at.suggestion.kind == "advice" and at.suggestion.worth.offer.cluster != name
+    assert at.taught.advised[-1].seconds == 0.01
+
+
+def test_who_knows_the_goal_knows_where_the_teacher_could_toss_a_coin(desk):
+    at = desk(GOALS)
+    for _ in range(40):
+        if at.enough.enough:
+            break
+        teach(at, 1)
+    even = at.learnt.toss_up
+    assert even.any() and not at.learnt.gain[even].any()
+    assert (WORLD.oracle.optimal_actions[even].sum(axis=1) > 1).all()
+
+
+def test_a_toss_up_is_not_asked_and_a_synchronous_desk_asks_what_the_algorithm_would(desk):
+    at = desk(GOALS)
+    while at.learnt is None:
+        at.answer(at.question.token, best(at.question.state))
+    queue = [q for q in at.asking.queue if q.purpose == "learn"]
+    assert len(queue) > 1
+    at.learnt.toss_up[queue[0].state] = True
+    at.another(at.question.token)
+    assert at.question.state == queue[1].state
+    at.asking.queue, at.asking.synchronous = list(queue), True
+    assert at.suggestion is None
+    at.another(at.question.token)
+    assert at.question.state == queue[0].state

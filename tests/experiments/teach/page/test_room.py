@@ -289,3 +289,23 @@ def test_a_playing_policy_asks_in_doubt_and_ends(world, tmp_path):
     playing.stop()
     assert playing._link.told[-1] == "restart"
     assert not playing.phase
+
+
+def test_the_page_says_what_tells_most_and_advice_keeps_the_seconds_that_it_took(world, tmp_path):
+    async def teach():
+        desk = begin(world, tmp_path / "next.db")
+        room = enter(desk)
+        assert room.snapshot()["state"]["next"] == ""
+        for number in range(30):
+            if desk.suggestion is not None:
+                break
+            asked = desk.question
+            await say(room, number, kind="answer", question=asked.token, action=right(world, asked))
+        assert room.snapshot()["state"]["next"] == desk.suggestion.words != ""
+        name = next(iter(world.clusters))
+        told = {"kind": "advise", "cluster": name, "preferred": [], "avoided": []}
+        await say(room, "timed", **told, seconds=7.5)
+        await say(room, "untimed", **told, seconds=-1.0)
+        assert [each.seconds for each in events(desk, Advised)] == [7.5, 0.0]
+
+    asyncio.run(teach())

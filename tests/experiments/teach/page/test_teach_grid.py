@@ -62,6 +62,8 @@ def test_the_tutorial_from_the_first_question_until_it_is_enough(teaching, windo
     assert one.asked("favourite") is None  # it has learnt nothing yet
     teach_a_trajectory(one)
     wait_for_learning(one)
+    one.page.wait_for_selector("[data-teach=next]")
+    assert "tells me most for your time" in one.read("next")
     for _ in range(200):
         if "enough, because" in one.read("enough"):
             break

@@ -137,10 +137,11 @@ class PolicyRun:
             planner: plans them.
             goal_states: where episodes end well.
             max_actions: after which an episode ends.
-            meshcat: where to publish it; None does not.
+            meshcat: where to publish it, no faster than real time; None does not.
             scenario: in which things go otherwise: the station is a `DisturbedStation`.
             solver: what simulates a cube that falls.
         """
+        self._meshcat = meshcat
         self._falls = FallScene(edge=True) if solver == "cenic" else None
         self._goals = {int(state) for state in np.atleast_1d(goal_states)}
         builder = DiagramBuilder()
@@ -196,7 +197,7 @@ class PolicyRun:
         *,
         disturbance: float = 0.0,
         draws: Draws | None = None,
-        progress: Callable[[float, Episode], None] | None = None,
+        progress: Callable[[Context, Episode], None] | None = None,
     ) -> Played:
         """Place the cube in free state ``start`` and let the policy act until it ends.
 
@@ -207,7 +208,8 @@ class PolicyRun:
             rng: draws the cube's true pose in that state.
             disturbance: further standard deviation of the cube's place at the start [m].
             draws: what the run's scenario is in this episode; needed if there is a scenario.
-            progress: called now and then with the simulated seconds and the episode so far.
+            progress: called each `LOOK_PERIOD` with the diagram's context and the episode so far;
+                what it raises ends the episode.
 
         Raises:
             ModelError: if the state is not free, or the scenario cannot be set up.
@@ -224,6 +226,8 @@ class PolicyRun:
             return EventStatus.ReachedTermination(self.controller, "episode over")
 
         simulator.set_monitor(monitor)
+        if self._meshcat is not None:
+            simulator.set_target_realtime_rate(1.0)
         simulation = StationSimulator(simulator, self.station.plant, self._falls)
         plant = self.station.plant
         plant_context = plant.GetMyContextFromRoot(root)
@@ -233,6 +237,8 @@ class PolicyRun:
         fault = ""
         try:
             while root.get_time() < TIME_LIMIT:
+                # After planning, or a pause, it does not hurry to catch up.
+                simulator.ResetStatistics()
                 simulation.advance_to(root.get_time() + LOOK_PERIOD)
                 episode = self.controller.episode(controller_context)
                 # An action takes longer than a look, if only for the rest at its end.
@@ -241,7 +247,7 @@ class PolicyRun:
                 if len(episode.steps) >= len(postures):
                     postures.append(plant.GetPositions(plant_context))
                 if progress is not None:
-                    progress(root.get_time(), episode)
+                    progress(root, episode)
                 if episode.verdict != Verdict.RUNNING:
                     break
             episode = self.controller.episode(controller_context)

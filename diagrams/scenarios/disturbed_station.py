@@ -60,11 +60,12 @@ class DisturbedStation(Diagram):
     Attributes:
         station: the station itself.
         plant: of the station.
-        hand: the unseen hand, if the scenario has it do something; else None.
+        hand: the unseen hand, if the scenario has it do something, or somebody looks on who may
+            have it do something; else None.
     """
 
     def __init__(self, scenario: Scenario, *, meshcat: Meshcat | None = None) -> None:
-        """Build the station for a scenario; see `Station`."""
+        """Build the station for a scenario; see `Station` for ``meshcat``."""
         super().__init__()
         self._scenario = scenario
         builder = DiagramBuilder()
@@ -96,7 +97,8 @@ class DisturbedStation(Diagram):
                 outputs[f"{name}_arriving"] = self._delays[name].get_output_port()
                 port = self._delays[name].get_input_port()
             builder.ExportInput(port, name)
-        self.hand = self._add_hand(builder, outputs) if scenario.leads() else None
+        led = scenario.leads() or meshcat is not None
+        self.hand = self._add_hand(builder, outputs) if led else None
         self._noise = None
         if scenario.noise is not None:
             self._noise = builder.AddNamedSystem("noise", PoseNoise(scenario.noise))

@@ -134,6 +134,12 @@ def goal_pose(goal: int) -> RigidTransform:
     return RigidTransform(RotationMatrix(R_WO[int(orientation)]), p)
 
 
+def show_goal(meshcat: Meshcat, goal: int) -> None:
+    """Show a translucent cube where a free state is."""
+    meshcat.SetObject("goal", Box(*[1.02 * CUBE_EDGE] * 3), Rgba(0.1, 0.75, 0.35, 0.35))
+    meshcat.SetTransform("goal", goal_pose(goal))
+
+
 def write_recording(
     path: Path,
     played: Sequence[Played],
@@ -152,8 +158,7 @@ def write_recording(
     """
     logging.getLogger("drake").setLevel(logging.WARNING)
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    meshcat.SetObject("goal", Box(*[1.02 * CUBE_EDGE] * 3), Rgba(0.1, 0.75, 0.35, 0.35))
-    meshcat.SetTransform("goal", goal_pose(goal))
+    show_goal(meshcat, goal)
     stage = Stage(prepare, meshcat)
     stride = -(-sum(len(each.frames) for each in played) // MOST_FRAMES)
     meshcat.StartRecording(

@@ -9,12 +9,13 @@ from time import process_time
 from typing import Any, Literal
 
 import numpy as np
+from pydrake.geometry import Meshcat
 from tqdm import tqdm
 
 from diagrams.contact import Solver
 from diagrams.decisions import Decision, Forecast, Table, held_goal
 from diagrams.policy_run import Played, PolicyRun
-from diagrams.scenarios import draw
+from diagrams.scenarios import Scenario, draw
 from diagrams.scenarios.schema import parse_scenario
 from experiments.kit.command import Output
 from experiments.kit.executors import run_jobs, start_workers
@@ -166,8 +167,15 @@ def _decision(setting: Setting) -> tuple[Decision, np.ndarray]:
 
 
 @lru_cache(maxsize=4)
-def _run(setting: Setting) -> tuple[PolicyRun, Any]:
+def _run(setting: Setting) -> tuple[PolicyRun, Scenario | None]:
     """A diagram that plays a setting's episodes, built once in a process."""
+    return build_run(setting)
+
+
+def build_run(
+    setting: Setting, meshcat: Meshcat | None = None
+) -> tuple[PolicyRun, Scenario | None]:
+    """A diagram that plays a setting's episodes, and their scenario."""
     decision, goals = _decision(setting)
     scenario = parse_scenario(setting.scenario, "scenario") if setting.scenario else None
     run = PolicyRun(
@@ -175,6 +183,7 @@ def _run(setting: Setting) -> tuple[PolicyRun, Any]:
         load_planner(),
         goal_states=goals,
         max_actions=setting.max_actions,
+        meshcat=meshcat,
         scenario=scenario,
         solver=setting.solver,
     )

@@ -20,6 +20,7 @@ from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.simulate.counting import Row, always, count, paired, told
 from experiments.simulate.episodes import Crew, Episodes, Job, Setting, draw_starts, play_all
+from experiments.simulate.live import open_meshcat, play_live
 from experiments.simulate.pictures import leave_pictures
 from irl.choices import Limits, Settings
 from irl.errors import InputError
@@ -39,6 +40,10 @@ TOLD = 24
 """Up to so many episodes are told in words, and in full in ``result.json``."""
 SHOWN = 3
 """So many episodes are recorded, the first ones, and as many more of those that failed."""
+
+LIVE = (
+    "simulates one episode after another in this process and leaves neither recording nor motions"
+)
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,10 @@ class Config(Settings):
     Without physics nothing is recorded."""
     recording: bool = True
     """Whether to leave a recording and pictures."""
+    live: bool = False
+    """Whether to show the episodes in a browser while they are played, in real time: with buttons
+    to pause, to go on to the next, and to shove the cube. They leave no recording, and those of a
+    scenario are not played undisturbed as well."""
     solver: Solver = "discrete"
     """What simulates a cube that falls: the discrete solver, as all else, or Drake's CENIC, blow by
     blow."""
@@ -150,16 +159,38 @@ def write_rows(path: Path, rows: Sequence[Row]) -> None:
         writer.writerows([shown(row, name) for name in COLUMNS] for row in rows)
 
 
-def main(config: Config, output: Output) -> dict[str, Any]:
-    """Draw starts, play, count, compare, show."""
+def refuse_what_contradicts(config: Config) -> None:
+    """Refuse options that have nothing to say beside another.
+
+    Raises:
+        InputError: for the first of them.
+    """
     if not config.physics:
         for option, given in (("export", config.export), ("scenario", config.scenario)):
             if given:
                 raise InputError("without physics there are no motions", place=f"--{option}")
+    if config.live:
+        for option, is_given in (
+            ("no-physics", not config.physics),
+            ("no-recording", not config.recording),
+            ("workers", config.workers > 1),
+            ("cluster", bool(config.cluster)),
+            ("export", config.export is not None),
+        ):
+            if is_given:
+                raise InputError(f"says nothing with --live, which {LIVE}", place=f"--{option}")
+
+
+def main(config: Config, output: Output) -> dict[str, Any]:
+    """Draw starts, play, count, compare, show."""
+    refuse_what_contradicts(config)
     task = load_robot_task(config.task)
     load_policy(config.policy, task.task_hash, task.model.mask)
     common = setting(config)
     jobs = all_jobs(config, task)
+    if config.live:
+        wanted = [job for job in jobs if job.disturbed == bool(config.scenario)]
+        return play_live(common, wanted, open_meshcat(int(task.goal_states[0])))
     shown = SHOWN if config.physics and config.recording else 0
     whole = len(jobs) if config.export else shown
     crew = Crew(config.workers, config.cluster)

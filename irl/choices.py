@@ -151,7 +151,10 @@ def _check_some(field: str, values: Any) -> None:
 
 
 class Settings:
-    """Base of dataclasses of settings: every field is held to its ``Limits`` or ``Members``."""
+    """Base of dataclasses of settings: every field is held to its ``Limits`` or ``Members``.
+
+    A field that is a bool is held to be one.
+    """
 
     def __post_init__(self) -> None:
         """Refuse values outside their limits; make settings of settings that come as a dict.
@@ -161,6 +164,9 @@ class Settings:
         """
         for field, limits, hint in _limits(type(self)):  # type: ignore[arg-type]  # hashable it is
             limits.check(field, getattr(self, field), hint)
+        for field in _switches(type(self)):  # type: ignore[arg-type]
+            if not isinstance(value := getattr(self, field), (bool, np.bool_)):
+                raise InputError(f"must be true or false, is {value!r}", place=field)
         for field, kind in _nested(type(self)):  # type: ignore[arg-type]
             object.__setattr__(self, field, made(kind, getattr(self, field), field))
 
@@ -201,6 +207,12 @@ def _nested(settings: type) -> tuple[tuple[str, type[Settings]], ...]:
         for field, hint in hints.items()
         if isinstance(hint, type) and issubclass(hint, Settings)
     )
+
+
+@cache
+def _switches(settings: type) -> tuple[str, ...]:
+    """The fields of a class of settings that are on or off."""
+    return tuple(field for field, hint in get_type_hints(settings).items() if hint is bool)
 
 
 @cache

@@ -126,7 +126,7 @@ def test_a_demo_that_was_killed_goes_on_to_the_same_bytes(done, folder, command)
 
 
 def test_a_demo_that_was_killed_in_its_first_training_does_not_start_at_0(folder, command):
-    options = [*TINY, "--learning.active.initial.iterations", "900", "--starts", "0"]
+    options = [*TINY, "--learning.active.initial.iterations", "500", "--starts", "0"]
     options += ["--out"]
     whole = command("demo", *options, str(folder / "whole"))
     assert whole.returncode == 0, whole.stderr

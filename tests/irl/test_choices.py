@@ -61,6 +61,18 @@ def test_settings_hold_every_field_to_its_limits():
         Further(count=0)
 
 
+@dataclass(frozen=True)
+class Switched(Settings):
+    on: bool = False
+
+
+@pytest.mark.parametrize("value", [-1, 1, "no", None])
+def test_a_switch_is_on_or_off(value):
+    assert Switched(on=True).on
+    with pytest.raises(InputError, match="^on: must be true or false, is"):
+        Switched(on=value)
+
+
 def test_a_field_told_anew_has_its_new_limits():
     assert Further(rate=7.0).rate == 7
     with pytest.raises(InputError, match="rate"):

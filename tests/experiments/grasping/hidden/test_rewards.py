@@ -18,20 +18,26 @@ from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import Predicted
 
 
-def test_rewards_are_learnt_from_one_trajectory_and_results_do_not_depend_on_workers(
-    command, tmp_path
-):
+def learnt_rewards(command, folder):
     options = ("--number", 1, "--learners", "goal_posterior", "--noise", "--questions", 0)
-    done = command("grasping", "rewards", *options, "--workers", 1, "--out", tmp_path)
+    done = command("grasping", "rewards", *options, "--workers", 1, "--out", folder)
     assert done.returncode == 0, done.stderr
     assert "accuracy" in done.stdout
+    return json.loads((folder / "result.json").read_text())
+
+
+def test_rewards_are_learnt_from_one_trajectory(command, tmp_path):
+    result = learnt_rewards(command, tmp_path)
     assert not (tmp_path / "measured.json").exists()
-    result = json.loads((tmp_path / "result.json").read_text())
     assert result["noisy_rows"] == []
     assert [row["answers"] for row in result["rows"]] == [0]
     assert all(0.9 <= row["success_mdp"] <= 1 for row in result["rows"])  # a region, 4 labels
+
+
+@pytest.mark.soak
+def test_results_do_not_depend_on_workers(command, tmp_path):
     here = run_lesson(str(SHIPPED_TASK), 0, 0, ("goal_posterior", 0, 0.0))
-    assert result["rows"] == here
+    assert learnt_rewards(command, tmp_path)["rows"] == here
 
 
 def test_runs_end_at_the_goal_and_number_as_asked():

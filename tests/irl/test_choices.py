@@ -69,7 +69,7 @@ class Switched(Settings):
 @pytest.mark.parametrize("value", [-1, 1, "no", None])
 def test_a_switch_is_on_or_off(value):
     assert Switched(on=True).on
-    with pytest.raises(InputError, match="^on: must be true or false, is"):
+    with pytest.raises(InputError, match=r"^on: must be true or false, is"):
         Switched(on=value)
 
 

@@ -36,10 +36,14 @@ def test_three_episodes_are_small_and_play_from_disk_with_captions_and_a_camera_
         page.goto(file.as_uri())
         page.wait_for_function("window.viewer && viewer.animator.actions.length > 0")
         told, looked = [], []
-        for title, time in (("first", 1.0), ("second", 32.0), ("third", 92.5)):
+        shown = (("first", "grasp", 1.0), ("second", "", 32.0), ("third", "goal is reached", 92.5))
+        for title, words, time in shown:
             page.evaluate(AT, time)
+            # The caption follows with the next picture.
             page.wait_for_function(
-                "text => document.getElementById('caption').textContent.startsWith(text)", arg=title
+                "([title, words]) => { const text = document.getElementById('caption').textContent;"
+                " return text.startsWith(title) && text.includes(words); }",
+                arg=[title, words],
             )
             told.append(page.locator("#caption").inner_text())
             target = page.evaluate("viewer.controls.target.toArray()")

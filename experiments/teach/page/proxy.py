@@ -9,12 +9,13 @@ import asyncio
 import re
 from contextlib import suppress
 
-from aiohttp import ClientError, ClientSession, ClientTimeout, WSMsgType
+from aiohttp import ClientError, ClientSession, ClientTimeout, ClientWSTimeout, WSMsgType
 from fastapi import FastAPI, Response, WebSocket, WebSocketDisconnect
 
 ADDRESS = "/view/"
 FILES = re.compile(r"(index\.html|meshcat\.(html|js|ico)|favicon\.ico|cas-v1/[0-9a-f]{64})?")
 """What a view consists of: its page, and what that and the scene name by their contents."""
+_FAREWELL = ClientWSTimeout(ws_close=0.5)  # the view is of this process: nobody else waits
 _LONGEST = 64 * 2**20  # of a message: the whole scene, when a browser connects [bytes]
 
 
@@ -58,7 +59,7 @@ class MeshcatProxy:
         await browser.accept()
         try:
             async with self._client().ws_connect(
-                self._url.replace("http", "ws", 1), max_msg_size=_LONGEST
+                self._url.replace("http", "ws", 1), timeout=_FAREWELL, max_msg_size=_LONGEST
             ) as view:
                 gone = asyncio.ensure_future(_until_gone(browser))
                 try:

@@ -37,6 +37,8 @@ from irl.student import Student
 from models.task.spaces import N_ACTIONS
 
 CSS = Path(__file__).with_name("page.css")
+GRACE = 2
+"""How long open windows may take to be told of the end [s]."""
 PATIENCE = 120.0
 """A window that lost its connection is waited for as long as this [s]."""
 CAMERA = ([0.98, -0.62, 0.98], [0.47, 0.0, 0.66])
@@ -110,7 +112,10 @@ def serve(
     if at.browser:
         webbrowser.open(url)
     guarded = Guard(app, port=port, token=token)
-    server = uvicorn.Server(uvicorn.Config(guarded, log_level="warning", ws_max_size=2**20))
+    settings = uvicorn.Config(
+        guarded, log_level="warning", ws_max_size=2**20, timeout_graceful_shutdown=GRACE
+    )
+    server = uvicorn.Server(settings)
     # The framework looks for its server among all objects, some of which mind being looked at.
     warnings.filterwarnings("ignore", category=FutureWarning, module="nicegui")
     with suppress(KeyboardInterrupt):

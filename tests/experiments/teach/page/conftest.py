@@ -76,6 +76,7 @@ class Teaching:
                 self.process.wait(20)
             except subprocess.TimeoutExpired:
                 self.kill()
+                raise
 
     def events(self, kind):
         """Rows of the lesson's file of a kind, as JSON texts."""

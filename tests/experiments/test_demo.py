@@ -1,7 +1,6 @@
 """The demo and what follows from it, run as a person runs them, with tiny settings."""
 
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -16,12 +15,10 @@ from experiments import demo
 from experiments.grasping.learning import CHECKPOINT, CURVE
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.simulate import story as simulate
-from irl.active_state import EVERY, TRAINING
 from irl.files import sha256
 from irl.npz import read_npz, write_npz
 from irl.policy import Policy, load_policy, save_policy
 from irl.task_data import FILES, load_task
-from irl.tensor_file import from_bytes
 
 TINY = [
     *("--learning.demonstrations", "60"),
@@ -123,43 +120,6 @@ def test_a_demo_that_was_killed_goes_on_to_the_same_bytes(done, folder, command)
     assert sha256(out / "policy.safetensors") == sha256(folder / "out/policy.safetensors")
     assert sha256(out / "learning.png") == sha256(folder / "out/learning.png")
     assert not (out / CHECKPOINT).exists() and not (out / CURVE).exists()
-
-
-def test_a_demo_that_was_killed_in_its_first_training_does_not_start_at_0(folder, command):
-    options = [*TINY, "--learning.active.initial.iterations", "500", "--starts", "0"]
-    options += ["--out"]
-    whole = command("demo", *options, str(folder / "whole"))
-    assert whole.returncode == 0, whole.stderr
-    assert "goes on at" not in whole.stdout + whole.stderr
-
-    out = folder / "cut"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "experiments.demo", *options, str(out)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    training = Path(f"{out / CHECKPOINT}{TRAINING}main")
-    deadline = time.monotonic() + 120
-    while not (training.exists() and saved_iterations(training) >= EVERY):
-        assert time.monotonic() < deadline and process.poll() is None
-        time.sleep(0.01)
-    process.kill()
-    process.wait()
-    assert not (out / CHECKPOINT).exists()
-
-    again = command("demo", *options, str(out))
-    assert again.returncode == 0, again.stderr
-    (at,) = re.findall(r"learning goes on at iteration (\d+)", again.stdout + again.stderr)
-    assert int(at) > EVERY
-    assert sha256(out / "policy.safetensors") == sha256(folder / "whole/policy.safetensors")
-    assert {p.name for p in out.iterdir()} == {p.name for p in (folder / "whole").iterdir()}
-
-
-def saved_iterations(path):
-    """Iterations that a training had done when it saved itself last."""
-    _, metadata = from_bytes(path.read_bytes())
-    content = json.loads(json.loads(metadata["checkpoint"])["content"])
-    return content["state"]["done"]
 
 
 def test_simulate_plays_the_policy_that_the_demo_left(done, folder, command):

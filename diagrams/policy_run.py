@@ -128,7 +128,7 @@ class PolicyRun:
         max_actions: int = 20,
         meshcat: Meshcat | None = None,
         scenario: Scenario | None = None,
-        solver: Solver = "discrete",
+        solver: Solver = "cenic",
     ) -> None:
         """Assemble the diagram.
 
@@ -139,10 +139,13 @@ class PolicyRun:
             max_actions: after which an episode ends.
             meshcat: where to publish it, no faster than real time; None does not.
             scenario: in which things go otherwise: the station is a `DisturbedStation`.
-            solver: what simulates a cube that falls.
+            solver: what simulates a cube that falls; with a second cube on the table always the
+                discrete solver.
         """
         self._meshcat = meshcat
-        self._falls = FallScene(edge=True) if solver == "cenic" else None
+        # The scene of falls has one cube; two may meet.
+        alone = scenario is None or scenario.distractor is None
+        self._falls = FallScene(edge=True) if solver == "cenic" and alone else None
         self._goals = {int(state) for state in np.atleast_1d(goal_states)}
         builder = DiagramBuilder()
         self._disturbed: DisturbedStation | None = None

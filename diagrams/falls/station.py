@@ -36,8 +36,10 @@ class StationSimulator:
 
                    where the hand is
        simulator ───────────────────► Fall     from when the cube touches nothing
-                 ◄───────────────────          until it rests, or the fingers close
+                 ◄───────────────────          until it rests, or something takes hold of it
                   where the cube is
+
+    The fall knows of weight, table and hand. A cube that another force acts on is the station's.
     """
 
     def __init__(
@@ -103,10 +105,12 @@ class StationSimulator:
         return Hand(X_WB, self._knuckle.get_angle(self._context))
 
     def _falls(self) -> bool:
-        """Whether the cube touches nothing and moves."""
+        """Whether the cube touches nothing, nothing pulls at it, and it moves."""
         V_WO = self._cube.EvalSpatialVelocityInWorld(self._context)
         p_WO = self._cube.EvalPoseInWorld(self._context).translation()
         if np.linalg.norm(V_WO.translational()) < _FALLS or p_WO[2] < _GONE:
+            return False
+        if self._pulled():
             return False
         plant = self._plant
         shapes = set(plant.GetCollisionGeometriesForBody(self._cube))
@@ -118,6 +122,12 @@ class StationSimulator:
         own = self._cube.index()
         pairs = map(results.point_pair_contact_info, range(results.num_point_pair_contacts()))
         return all(own not in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
+
+    def _pulled(self) -> bool:
+        """Whether a force from outside acts on the cube."""
+        port, own = self._plant.get_applied_spatial_force_input_port(), self._cube.index()
+        forces = port.Eval(self._context) if port.HasValue(self._context) else ()
+        return any(force.body_index == own for force in forces)
 
     def _begin(self, scene: FallScene) -> None:
         X_WO = self._cube.EvalPoseInWorld(self._context)
@@ -134,7 +144,8 @@ class StationSimulator:
     def _lead(self, fall: Fall, seconds: float, before: Hand) -> None:
         """Bring the fall up to the station, and the station's cube to the fall's."""
         hand = self._hand()
-        if hand.knuckle - before.knuckle > _CLOSES * seconds:  # What they hold is the station's.
+        closes = hand.knuckle - before.knuckle > _CLOSES * seconds
+        if closes or self._pulled():  # What is held is the station's.
             self._fall = None
             return
         fall.advance(seconds, before, hand)

@@ -38,14 +38,14 @@ class TrialConfig:
     placement errors of a few millimetres and degrees, pads that wear, cubes that differ.
     """
 
-    solver: Solver = "discrete"
+    solver: Solver = "cenic"
     """What simulates the floating gripper, and cubes that fall in either scene: Drake's CENIC, an
     integrator that controls its error by the length of its steps, or the discrete solver, whose
     steps are all equal. With CENIC alone a cube that is let go lands blow by blow. Whatever the
     whole arm does besides is simulated by the discrete solver."""
     time_step: float = TIME_STEP
     """The time step of the discrete solver, and of the whole arm [s]."""
-    accuracy: float = 1e-3
+    accuracy: float = 2e-4
     """The accuracy of CENIC while the hand closes, holds and carries."""
     turning_accuracy: float = 1e-4
     """The accuracy of CENIC in trials that turn the hand."""

@@ -58,7 +58,7 @@ class Setting:
     max_actions: int = 20
     scenario: str = ""
     seed: int = 0
-    solver: Solver = "discrete"
+    solver: Solver = "cenic"
 
     def identity(self) -> dict[str, Any]:
         """What the episodes depend on."""

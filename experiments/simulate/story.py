@@ -75,9 +75,9 @@ class Config(Settings):
     """Whether to show the episodes in a browser while they are played, in real time: with buttons
     to pause, to go on to the next, and to shove the cube. They leave no recording, and those of a
     scenario are not played undisturbed as well."""
-    solver: Solver = "discrete"
-    """What simulates a cube that falls: the discrete solver, as all else, or Drake's CENIC, blow by
-    blow."""
+    solver: Solver = "cenic"
+    """What simulates a cube that falls: Drake's CENIC, blow by blow, or the discrete solver, as all
+    else."""
     disturbance: Annotated[float, Limits(0, 0.5)] = 0.0
     """By how much more the cube's place at the start is disturbed: a standard deviation [m]."""
     max_actions: Annotated[int, Limits(1, 10_000)] = 20

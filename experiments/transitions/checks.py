@@ -46,11 +46,16 @@ from experiments.transitions.sensitivity import (
     sample_classes,
     summarise,
 )
-from experiments.transitions.validation import draw_pairs, plot_validation, print_scores, scores
+from experiments.transitions.validation import (
+    GROUPS,
+    draw_pairs,
+    plot_validation,
+    print_scores,
+    scores,
+)
 from irl.choices import Limits
 from irl.files import sha256
 from models.scenes.parsing import STATION_FILES, description_hash
-from models.task.spaces import Kind
 from models.task.trial_classes import trial_classes
 
 
@@ -62,8 +67,8 @@ class Validate(Running):
     """The folder of the task data that have the model."""
     rig: Literal["arm", "floating"] = ARM
     """What runs the trials: the whole station as the robot would, or the floating gripper."""
-    trials: Annotated[int, Limits(len(Kind), 100_000)] = 600
-    """How many pairs are drawn, a quarter of each kind of action."""
+    trials: Annotated[int, Limits(len(GROUPS), 100_000)] = 600
+    """How many pairs are drawn, a fifth of each kind of action, drops by layer."""
     campaign: Path | None = None
     """The database that the model was made from; if given, thesis 5.9.1 is judged as well."""
     database: Path = Path("out/transitions/validation.db")

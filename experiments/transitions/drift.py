@@ -1,12 +1,12 @@
 """What another release of the simulator makes of the same trials: outcomes, states and places.
 
-A sample of a campaign, noise and all, runs again under other releases of Drake, each in an
-environment of its own (`make drift` builds them), and is compared with the campaign's rows trial by
-trial.
+The same trials, noise and all, run here and under other releases of Drake, each in an environment
+of its own (`make drift` builds them), and are compared one by one. By default the discrete solver
+runs them, which every release has; Drake's CENIC is young.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,16 +14,15 @@ import numpy as np
 
 from diagrams.trials.database import Campaign, TrialDatabase
 from diagrams.trials.plan import Plan
-from diagrams.trials.record import Outcome, Pair, TrialRecord
+from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.kit.command import Output
-from experiments.kit.executors import MOST_WORKERS
-from experiments.kit.shipped_data import SHIPPED_TRIALS
-from experiments.transitions.campaign import ClassTrials, run_campaign
-from experiments.transitions.elsewhere import start_elsewhere, trial_config
+from experiments.kit.executors import MOST_WORKERS, Workers, start_workers
+from experiments.kit.shipped_data import load_feasibility
+from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
+from experiments.transitions.elsewhere import start_elsewhere
 from experiments.transitions.options import floating_campaign
 from irl.choices import Limits, Settings
 from irl.errors import InputError
-from irl.identity import require_same_work
 from models.task.spaces import Kind
 from models.task.trial_classes import TrialClasses, trial_classes
 
@@ -37,21 +36,21 @@ Trials = Mapping[tuple[Pair, int], TrialRecord]
 
 @dataclass(frozen=True)
 class Drift(Settings):
-    """Run a sample of a campaign under other releases of Drake, and count what changes."""
+    """Run the same trials here and under other releases of Drake, and count what changes."""
 
     pythons: tuple[Path, ...]
     """The interpreters of the environments that have them."""
-    campaign: Path = SHIPPED_TRIALS
-    """The database of the trials that are run again."""
+    trial: TrialConfig = field(default_factory=lambda: TrialConfig(solver="discrete"))
+    """How a trial runs, and what noise it has."""
     repetitions: Annotated[int, Limits(1, 100_000)] = 2
-    """How many trials of each class are run again, the first of those there are."""
+    """How many trials there are of each class."""
     databases: Path = Path("out/drift/trials")
-    """The folder with a SQLite file for each release; made if it is missing.
+    """The folder with a SQLite file for each release, and one for here; made if it is missing.
     As with run, the same command goes on after a kill."""
     workers: Annotated[int, Limits(1, MOST_WORKERS)] = 2
     """How many processes run trials; the trials are the same whatever their number."""
     seed: int = 0
-    """The seed; nothing is drawn here, so it has no effect."""
+    """The seed that every trial's own seed is derived from."""
     out: Path = Path("out/drift")
     """The folder that the results are written to."""
 
@@ -60,42 +59,33 @@ def drift(config: Drift, output: Output) -> dict[str, Any]:
     """Run the sample under each release and tabulate what changes."""
     if not config.pythons:
         raise InputError("needs one interpreter or more", place="--pythons")
+    campaign = floating_campaign(config.trial, config.seed)
+    with start_workers(config.workers) as workers:
+        here = _run(config, "here", campaign, workers)
+    rows = []
+    for python in config.pythons:
+        with start_elsewhere(python, config.workers) as (workers, versions):
+            other = replace(campaign, drake=versions["drake"])
+            there = _run(config, f"drake_{other.drake}", other, workers)
+        rows += [versions | row for row in compare(here, there, trial_classes())]
+    print_rows(campaign.drake, rows)
+    return {"drake": campaign.drake, "trials": len(here), "rows": rows}
+
+
+def _run(config: Drift, name: str, campaign: Campaign, workers: Workers) -> Trials:
+    """Run what the database of that name does not hold yet; the sample's trials in it."""
     classes = trial_classes()
-    stored = TrialDatabase(config.campaign)
-    campaign = replace(
-        floating_campaign(trial_config(stored.content), stored.content["seed"]),
-        drake=stored.content["drake"],
-    )
-    require_same_work(
-        config.campaign,
-        stored.content,
-        campaign.content(),
-        "run the campaign anew with these models, or give its database as --campaign",
-    )
-    sample = {
+    numbers = planned_classes(classes, load_feasibility().mask())
+    plan = Plan(block=1, least=config.repetitions, most=config.repetitions)
+    database = TrialDatabase(config.databases / f"{name}.db", campaign)
+    run_campaign(database, campaign, ClassTrials(classes, numbers, plan), workers)
+    trials = {
         (pair, repetition): record
-        for pair, repetition, record in stored.trials()
+        for pair, repetition, record in database.trials()
         if repetition < config.repetitions
     }
-    releases = [_release(config, python, campaign, sample, classes) for python in config.pythons]
-    rows = [row for release in releases for row in release]
-    print_rows(campaign.drake, rows)
-    return {"campaign_drake": campaign.drake, "trials": len(sample), "rows": rows}
-
-
-def _release(
-    config: Drift, python: Path, campaign: Campaign, sample: Trials, classes: TrialClasses
-) -> list[dict[str, Any]]:
-    """Run what the database of a release does not hold yet; what it changes."""
-    numbers = sorted({pair.number(classes) for pair, _ in sample})
-    plan = Plan(block=1, least=config.repetitions, most=config.repetitions)
-    with start_elsewhere(python, config.workers) as (workers, versions):
-        own = replace(campaign, drake=versions["drake"])
-        database = TrialDatabase(config.databases / f"drake_{own.drake}.db", own)
-        run_campaign(database, own, ClassTrials(classes, numbers, plan), workers)
-    tried = {(pair, repetition): record for pair, repetition, record in database.trials()}
     database.close()
-    return [versions | row for row in compare(sample, tried, classes)]
+    return trials
 
 
 def compare(before: Trials, after: Trials, classes: TrialClasses) -> list[dict[str, Any]]:
@@ -135,9 +125,9 @@ def _count(trials: Iterable[tuple[TrialRecord, TrialRecord]]) -> dict[str, Any]:
     }
 
 
-def print_rows(campaign_drake: str, rows: Iterable[Mapping[str, Any]]) -> None:
+def print_rows(drake: str, rows: Iterable[Mapping[str, Any]]) -> None:
     """One line for each row of `compare`."""
-    print(f"compared with the campaign's trials, made with Drake {campaign_drake}:")
+    print(f"compared with the same trials here, with Drake {drake}:")
     heads = "".join(f"{aspect:>10}" for aspect in ASPECTS)
     print(f"{'Drake':>9}  {'action':10} {'trials':>6}{heads} changed  to the bit  largest move")
     for row in rows:

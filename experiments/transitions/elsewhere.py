@@ -168,7 +168,7 @@ def trial_config(content: dict[str, Any]) -> TrialConfig:
     Raises:
         ModelError: if this release runs trials otherwise.
     """
-    settings: dict[str, Any] = {
+    settings: dict[str, Any] = {"solver": "discrete"} | {  # which has no name in the content
         name: tuple(value) if isinstance(value, list) else value
         for name, value in content["trial"].items()
     }

@@ -96,14 +96,14 @@ def judge(
 def print_rules(rows: Sequence[Mapping[str, Any]]) -> None:
     """One line for each rule and kind of action."""
     print(
-        f"{'rule':>22} {'action':>10} {'trials':>7} {'likeliest':>10} {'expected':>9} "
+        f"{'rule':>22} {'action':>17} {'trials':>7} {'likeliest':>10} {'expected':>9} "
         f"{'probable':>9}"
     )
     for row in rows:
         for kind, part in row["by_action"].items():
             if part["trials"]:
                 print(
-                    f"{row['source'] + ': ' + row['rule']:>22} {kind:>10} {part['trials']:7d} "
+                    f"{row['source'] + ': ' + row['rule']:>22} {kind:>17} {part['trials']:7d} "
                     f"{part['most_likely'][0]:10.1%} {part['expected']:9.1%} "
                     f"{part['probable'][0]:9.1%}"
                 )

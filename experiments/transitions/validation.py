@@ -5,50 +5,64 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from diagrams.trials.counts import Evidence, TransitionEntries
 from diagrams.trials.record import Outcome, Pair, Trial
 from irl.metrics import wilson_interval
 from models.task.pairs import split_key
-from models.task.spaces import Kind, decode_actions
+from models.task.spaces import GRID_Z, POSITIONS, Kind, decode_actions, decode_states
 
 PROBABLE = 0.05
 """An outcome at least as probable as this was to be expected."""
+GROUPS = ("grasp", "translate", "rotate", "drop, lower layer", "drop, upper layer")
+"""What is scored by itself: kinds of action, and drops by how far the cube falls."""
+
+
+def groups(keys: ArrayLike) -> np.ndarray:
+    """Which of `GROUPS` pairs belong to ``[n]``.
+
+    Args:
+        keys: of `models.task.pairs` ``[n]``.
+    """
+    state, action = split_key(np.asarray(keys))
+    kind = decode_actions(action).kind
+    upper = POSITIONS[decode_states(state).position][:, 2] > GRID_Z.mean()
+    return np.where((kind == Kind.DROP) & upper, len(Kind), kind)
 
 
 def draw_pairs(model: TransitionEntries, number: int, rng: np.random.Generator) -> list[Pair]:
-    """Draw feasible pairs that were not measured themselves, as many of each kind of action.
+    """Draw feasible pairs that were not measured themselves, as many of each of `GROUPS`.
 
     Args:
         model: entries by pair.
-        number: of pairs in all; rounded up to a multiple of the kinds.
+        number: of pairs in all; rounded up to a multiple of the groups.
         rng: draws them, without replacement.
 
     Returns:
-        Pairs, the kinds by turns.
+        Pairs, the groups by turns.
     """
     keys = np.unique(model.key[model.evidence != Evidence.MEASURED])
-    kind = decode_actions(split_key(keys)[1]).kind
-    each = -(-number // len(Kind))
-    drawn = [rng.choice(keys[kind == k], each, replace=False) for k in Kind]
+    group = groups(keys)
+    each = -(-number // len(GROUPS))
+    drawn = [rng.choice(keys[group == g], each, replace=False) for g in range(len(GROUPS))]
     return [Pair.from_key(key) for key in np.stack(drawn, axis=1).ravel()]
 
 
 def scores(model: TransitionEntries, trials: Iterable[Trial]) -> dict[str, Any]:
     """How often the likeliest state came about, and how often what came about was probable.
 
-    By kind of action, and over all: there each kind counts by its share of the feasible pairs,
-    since the draw has as many of each. ``expected`` is the share of hits that the model itself
-    would predict for the same trials; a right model comes near it.
+    By group, and over all: there each group counts by its share of the feasible pairs, since the
+    draw has as many of each. ``expected`` is the share of hits that the model itself would predict
+    for the same trials, ``probable_expected`` that of probable outcomes; a right model comes near.
 
     Args:
         model: entries by pair.
         trials: faults are counted and left out, as are pairs that the model does not have.
     """
     predicted = _predict(model)
-    hits: dict[Kind, list[tuple[float, float, float]]] = {kind: [] for kind in Kind}
-    faults = []
-    absent = 0
+    faults, absent = [], 0
+    keys, hits = [], []
     for pair, _, record in trials:
         if record.outcome == Outcome.FAULT:
             faults.append({"state": pair.state, "action": pair.action, "fault": record.reason})
@@ -59,54 +73,63 @@ def scores(model: TransitionEntries, trials: Iterable[Trial]) -> dict[str, Any]:
             continue
         # Of equally likely states only one is predicted, the first.
         likeliest = max(probability, key=lambda state: (probability[state], -state))
-        probable = probability.get(record.next_state, 0.0) >= PROBABLE
-        kind = Kind(int(decode_actions(pair.action).kind))
-        hits[kind].append((record.next_state == likeliest, probable, probability[likeliest]))
+        probable = {s: p for s, p in probability.items() if p >= PROBABLE}
+        keys.append(pair.key)
+        hits.append(
+            (
+                record.next_state == likeliest,
+                record.next_state in probable,
+                probability[likeliest],
+                sum(probable.values()),
+            )
+        )
 
-    kinds = decode_actions(split_key(list(predicted))[1]).kind
-    weight = {kind: float((kinds == kind).mean()) for kind in Kind}
-    rows = {kind: np.array(hits[kind], dtype=float).reshape(-1, 3) for kind in Kind}
+    group = groups(np.array(keys, dtype=np.int64))
+    table = np.array(hits, dtype=float).reshape(-1, 4)
+    shares = np.bincount(groups(list(predicted)), minlength=len(GROUPS)) / len(predicted)
+    rows = [table[group == g] for g in range(len(GROUPS))]
     result: dict[str, Any] = {
-        "trials": sum(map(len, rows.values())),
+        "trials": len(table),
         "faults": faults,
         "without_model": absent,
         "by_action": {
-            kind.name.lower(): {
-                "trials": len(rows[kind]),
-                "share_of_pairs": weight[kind],
-                "most_likely": _share(rows[kind][:, 0]),
-                "probable": _share(rows[kind][:, 1]),
-                "expected": float(rows[kind][:, 2].mean()) if len(rows[kind]) else 0.0,
+            name: {
+                "trials": len(own),
+                "share_of_pairs": float(share),
+                "most_likely": _share(own[:, 0]),
+                "probable": _share(own[:, 1]),
+                "expected": float(own[:, 2].mean()) if len(own) else 0.0,
+                "probable_expected": float(own[:, 3].mean()) if len(own) else 0.0,
             }
-            for kind in Kind
+            for name, own, share in zip(GROUPS, rows, shares, strict=True)
         },
     }
-    tried = [kind for kind in Kind if len(rows[kind])]
-    total = sum(weight[kind] for kind in tried)
+    tried = [g for g in range(len(GROUPS)) if len(rows[g])]
+    total = shares[tried].sum()
     for column, name in enumerate(("most_likely", "probable", "expected")):
-        mean = [weight[kind] * rows[kind][:, column].mean() for kind in tried]
+        mean = [shares[g] * rows[g][:, column].mean() for g in tried]
         result[name] = float(sum(mean) / total) if tried else 0.0
     return result
 
 
 def print_scores(result: dict[str, Any]) -> None:
-    """One line for each kind of action, and one for all."""
-    print(f"{'action':>10} {'trials':>7} {'likeliest':>10} {'expected':>9} {'probable':>9}")
+    """One line for each of `GROUPS`, and one for all."""
+    print(f"{'action':>17} {'trials':>7} {'likeliest':>10} {'expected':>9} {'probable':>9}")
     for name, row in result["by_action"].items():
         print(
-            f"{name:>10} {row['trials']:7d} {row['most_likely'][0]:10.1%} "
+            f"{name:>17} {row['trials']:7d} {row['most_likely'][0]:10.1%} "
             f"{row['expected']:9.1%} {row['probable'][0]:9.1%}"
         )
     print(
-        f"{'by pairs':>10} {result['trials']:7d} {result['most_likely']:10.1%} "
+        f"{'by pairs':>17} {result['trials']:7d} {result['most_likely']:10.1%} "
         f"{result['expected']:9.1%} {result['probable']:9.1%}"
     )
     print(f"{len(result['faults'])} simulator faults")
 
 
 def plot_validation(figure: Figure, result: dict[str, Any]) -> None:
-    """Draw both shares by kind of action, with their intervals."""
-    figure.set_size_inches(8, 4)
+    """Draw both shares by group, with their intervals."""
+    figure.set_size_inches(9, 4)
     axes = figure.subplots()
     names = list(result["by_action"])
     for offset, (key, label) in enumerate(

@@ -7,8 +7,7 @@ made. Here poses are carried on, and a name is given only to what a policy is as
 * grasp: the hand goes to the cube where it lies; the fingers turn the nearest pair of faces
   towards the pads, but seldom flush: `ALIGNED`; the cube is held in its column's lower cell;
 * translate, rotate: the cube is rigid in the hand;
-* drop: the cube turns about its lowest corner onto the nearest face, or on one of two that are
-  nearly as near.
+* drop: the cube comes to lie on the nearest face, or tumbles on (`models.task.drops`).
 
 Many scenes at once: one row each.
 """
@@ -21,14 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 from models.maps.gripper_poses import RETREAT
 from models.rotations import rotation_vector_to_matrix
 from models.task.discretise import nearest_column
+from models.task.drops import rests
 from models.task.spaces import (
-    CUBE_EDGE,
+    GRID_Z,
     LOST,
     N_STATES,
     POSITIONS,
     R_WG,
     R_WO,
-    REST_HEIGHT,
     VERTICAL,
     Array,
     Indices,
@@ -61,13 +60,8 @@ Means of nine trials each with the floating gripper, three in each of three hand
 """
 SPREAD, SPREAD_WITHIN = np.radians(4.0), np.radians((14.0, 30.0))
 """By how much single trials differ from that either way, and where they do [rad]."""
-TOSS_UP = np.radians(6.0)
-"""Two faces that are nearer to one another than this to being down may both come down [rad]."""
 LEAST = 0.02
 """Probability below which a course of events is not followed further."""
-_CORNERS = (
-    0.5 * CUBE_EDGE * np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3, indexing="ij"), -1).reshape(-1, 3)
-)
 
 
 class Scenes(NamedTuple):
@@ -217,32 +211,14 @@ def _rotate(scenes: Scenes, hand: Indices) -> Outcomes:
 
 
 def _drop(scenes: Scenes, target: Indices) -> Outcomes:
-    """Come to rest on the nearest face, or on the next one if that is nearly as near."""
     del target
-    up = scenes.R_WO[:, 2]  # the vertical in the cube's frame
-    order = np.argsort(-np.abs(up), axis=-1, kind="stable")
-    tilts = np.arccos(np.clip(np.take_along_axis(np.abs(up), order, -1)[:, :2], 0.0, 1.0))
-    lead = tilts[:, 1] - tilts[:, 0]
-    chance = 0.5 + 0.5 * np.minimum(lead / TOSS_UP, 1.0)
-    tossed = lead < TOSS_UP
-    origin = np.repeat(np.arange(up.shape[0]), 1 + tossed)
-    second = np.r_[False, origin[1:] == origin[:-1]]
-    probability = np.where(second, 1.0 - chance[origin], chance[origin])
-    normal = np.zeros((origin.size, 3))
-    face = order[origin, second.astype(int)]
-    rows = np.arange(origin.size)
-    normal[rows, face] = np.where(up[origin, face] < 0.0, -1.0, 1.0)
-
-    R, p = scenes.R_WO[origin], scenes.p_WO[origin]
-    lifted = np.einsum("nij,nj->ni", R, normal)
-    turn = _shortest_turn(lifted, np.array([0.0, 0.0, 1.0]))
-    corners = _CORNERS @ np.swapaxes(R, -1, -2)
-    lowest = corners[..., 2] < corners[..., 2].min(axis=-1, keepdims=True) + 1e-3
-    foot = (corners * lowest[..., None]).sum(axis=1) / lowest.sum(axis=1)[:, None]
-    p = p + foot - np.einsum("nij,nj->ni", turn, foot)
-    p[:, 2] = REST_HEIGHT
-    R = turn @ R
-    return Outcomes(origin, probability, Scenes(nearest_column(p), np.full(origin.size, -1), R, p))
+    came = rests(scenes.R_WO, scenes.p_WO, POSITIONS[scenes.position][:, 2] > GRID_Z.mean())
+    free = np.full(came.origin.size, -1)
+    return Outcomes(
+        came.origin,
+        came.probability,
+        Scenes(nearest_column(came.p_WO), free, came.R_WO, came.p_WO),
+    )
 
 
 _COURSES = {
@@ -277,11 +253,3 @@ def _nearest_axis(v: Array) -> Array:
     rows, nearest = np.arange(len(v)), np.abs(v).argmax(axis=-1)
     axis[rows, nearest] = np.where(v[rows, nearest] < 0.0, -1.0, 1.0)
     return axis
-
-
-def _shortest_turn(v: Array, onto: Array) -> Array:
-    """Rotations ``[n, 3, 3]`` that turn unit vectors ``v [n, 3]`` onto one other."""
-    axis = np.cross(v, onto)
-    sine = np.linalg.norm(axis, axis=-1)
-    angle = np.arctan2(sine, v @ onto)
-    return rotation_vector_to_matrix((angle / np.maximum(sine, 1e-12))[:, None] * axis)

@@ -24,7 +24,16 @@ from experiments.simulate.kinematic import imagine
 from irl.policy import Policy
 from models.errors import ModelError
 from models.motion.failures import ActionFailure
-from models.task.spaces import GOAL_STATE, LOST, N_ACTIONS, N_STATES, Action, Kind, State
+from models.task.spaces import (
+    GOAL_STATE,
+    LOST,
+    N_ACTIONS,
+    N_STATES,
+    Action,
+    Kind,
+    State,
+    decode_states,
+)
 
 ACTIONS = Path(__file__).parents[1] / "data" / "demo_actions.npz"
 GOAL = np.array([GOAL_STATE])
@@ -81,12 +90,18 @@ def test_where_the_table_circles_the_forecast_arrives_and_nowhere_does_it_do_wor
         imagine_all(decision, starts, 7) for decision in (Table(policy), Forecast(policy, GOAL))
     )
     arrived = np.array([[e.verdict == Verdict.GOAL for e in each] for each in (table, forecast)])
-    assert 90 <= arrived[0].sum() < 97
+    # This policy was learnt where hardly a cube that is dropped from the upper layer tumbles.
+    assert 78 <= arrived[0].sum() < 90
     assert arrived[1].all()
     circles = [e for e, good in zip(table, arrived[0], strict=True) if not good]
-    assert {e.verdict for e in circles} == {Verdict.OUT_OF_ACTIONS}
-    # Where the policy arrives, it is left alone.
-    own = [e for e, good in zip(forecast, arrived[0], strict=True) if good]
+    assert {e.verdict for e in circles} == {Verdict.OUT_OF_ACTIONS, Verdict.LOST}
+    # Where the policy drops no cube from there, and arrives, it is left alone.
+    far = [
+        any(s.action == DROP and decode_states(s.state).position % 2 for s in e.steps)
+        for e in table
+    ]
+    own = [e for e, good, up in zip(forecast, arrived[0], far, strict=True) if good and not up]
+    assert len(own) > 50
     assert {s.chosen_by for e in own for s in e.steps} == {By.POLICY}
 
 

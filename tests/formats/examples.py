@@ -88,7 +88,7 @@ def _active(folder: Path) -> None:
 
 
 def _trials(folder: Path) -> None:
-    campaign = Campaign(TrialConfig(), seed=5, description="d", drake="1")
+    campaign = Campaign(TrialConfig(solver="discrete"), seed=5, description="d", drake="1")
     trials = TrialDatabase(folder / "trials.db", campaign)
     noise = Noise(0.1, 0.0, 0.25, 0.0, 0.0, 0.0, 0.8, 0.1, 0.5)
     turn, displacement = (0.1, 0.2, 0.5), (1e-3, 0.0, -0.03)

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.math import SpatialForce, SpatialVelocity
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import EventStatus
 
@@ -113,3 +114,27 @@ def test_a_monitor_ends_it(station, scene):
     simulation.advance_to(1.0)
     assert simulation.time == pytest.approx(0.014)
     assert pose(station, simulator).translation()[2] < 0.57
+
+
+def test_what_another_force_acts_on_is_the_stations(station, scene):
+    simulation, simulator = begin(station, scene, TILTED, DOWN)
+    port, root = station.GetInputPort("spatial_forces"), simulator.get_mutable_context()
+    pull = ExternallyAppliedSpatialForce()
+    pull.F_Bq_W = SpatialForce([0.0, 0.0, 0.0], [0.0, 0.0, 3.0])
+
+    def ask(body):
+        pull.body_index = body.index()
+        port.FixValue(root, [pull])
+
+    plant = station.plant
+    ask(plant.GetBodyByName(CUBE))
+    simulation.advance_to(0.1)
+    assert not simulation.falling
+    assert pose(station, simulator).translation()[2] > TABLE_TOP + 0.04  # 3 N carry 0.1 kg
+
+    ask(plant.GetBodyByName("left_inner_finger"))
+    simulation.advance_to(0.12)
+    assert simulation.falling
+    ask(plant.GetBodyByName(CUBE))
+    simulation.advance_to(0.14)
+    assert not simulation.falling

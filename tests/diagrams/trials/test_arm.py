@@ -31,9 +31,9 @@ def test_the_whole_arm_does_what_the_state_names(rig):
 
 def test_a_cube_that_is_let_go_falls_by_the_solver_of_the_trial(rig):
     drop = Pair(State(17, 0, 10).index, Action(Kind.DROP).index)
-    coarse = run_arm_trial(rig, TrialConfig(), drop, 3)
-    cenic = TrialConfig(solver="cenic", restitution=(0.6, 0.6))
-    fine = run_arm_trial(ArmRig(load_planner(), cenic), cenic, drop, 3)
+    fine = run_arm_trial(rig, TrialConfig(restitution=(0.6, 0.6)), drop, 3)
+    discrete = TrialConfig(solver="discrete")
+    coarse = run_arm_trial(ArmRig(load_planner(), discrete), discrete, drop, 3)
     assert coarse.outcome == fine.outcome == Outcome.FREE
     assert abs(fine.lift_height) < 1e-3
     # It rebounds, and rolls on.

@@ -21,8 +21,9 @@ def test_all_starts_are_played_and_each_leaves_a_row(policy_file, tmp_path):
     assert result["trials"] == len(rows) == 431
     assert tuple(rows[0]) == COLUMNS
     assert result["successes"] == sum(row["success"] == "1" for row in rows)
-    assert 390 <= result["successes"] < 431
-    assert result["failures"] == {Verdict.OUT_OF_ACTIONS: 431 - result["successes"]}
+    assert 350 <= result["successes"] < 431
+    assert set(result["failures"]) == {Verdict.OUT_OF_ACTIONS, Verdict.LOST}
+    assert sum(result["failures"].values()) == 431 - result["successes"]
     assert (result["decision"], result["goals"], result["physics"]) == ("table", None, False)
 
 

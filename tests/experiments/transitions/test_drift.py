@@ -1,3 +1,4 @@
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,7 +10,7 @@ from diagrams.gripper_controller import GRIP_FORCE
 from diagrams.trials.database import TrialDatabase
 from diagrams.trials.record import Pair, TrialConfig, TrialRecord
 from experiments.kit.executors import start_workers
-from experiments.transitions import story
+from experiments.transitions import drift
 from experiments.transitions.drift import compare
 from experiments.transitions.elsewhere import start_elsewhere, trial_config
 from experiments.transitions.options import floating_campaign
@@ -84,11 +85,24 @@ def test_a_python_that_runs_no_trial_is_named(tmp_path):
         pass
 
 
-def test_a_campaign_of_other_models_is_refused(tmp_path, refused):
-    campaign = replace(floating_campaign(TrialConfig(), 0), description="others")
-    TrialDatabase(tmp_path / "t.db", campaign).close()
-    told = refused(story, "drift", "--pythons", sys.executable, "--campaign", tmp_path / "t.db")
-    assert "t.db: kept by other work, differing in description" in told
+def test_the_sample_runs_here_and_there_by_the_solver_that_every_release_has(tmp_path, monkeypatch):
+    monkeypatch.setattr(drift, "planned_classes", lambda *_: [0, 8])
+    quick = replace(QUICK, solver="discrete")
+    config = drift.Drift(
+        (Path(sys.executable),), trial=quick, databases=tmp_path, repetitions=1, workers=1
+    )
+    assert drift.Drift(()).trial.solver == "discrete"
+    result = drift.drift(config, None)
+    assert result["trials"] == 2
+    assert result["rows"][-1]["same_bits"] == 2
+    here = TrialDatabase(tmp_path / "here.db", floating_campaign(quick, 0))
+    assert len(list(here.trials())) == 2
+
+
+def test_what_a_campaign_says_of_its_trials_is_what_they_run_by():
+    for trial in (replace(QUICK, solver="discrete"), replace(QUICK, accuracy=1e-3)):
+        content = json.loads(json.dumps(floating_campaign(trial, 0).content()))
+        assert trial_config(content) == trial
     with pytest.raises(ModelError, match="other settings"):
         trial_config({"trial": {"speed": 3.0}})
 

@@ -7,7 +7,7 @@ from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.transitions.export import to_entries
 from experiments.transitions.validation import draw_pairs, scores
 from irl.task_data import load_task
-from models.task.spaces import Action, Kind, State, decode_actions
+from models.task.spaces import GRID_Z, POSITIONS, Action, Kind, State, decode_actions
 
 HELD = State(8, 0, 10).index
 DROP, UP = Action(Kind.DROP).index, Action(Kind.TRANSLATE, 9).index
@@ -43,7 +43,10 @@ def test_what_came_about_is_compared_with_what_was_predicted():
     result = scores(MODEL, [*observed, trial(UP, 7, outcome=Outcome.FAULT)])
     assert result["trials"] == 5
     assert result["faults"] == [{"state": HELD, "action": UP, "fault": "x"}]
-    drop = result["by_action"]["drop"]
+    drop = result["by_action"]["drop, lower layer"]
+    assert result["by_action"]["drop, upper layer"]["trials"] == 0
+    assert drop["expected"] == pytest.approx(0.48)
+    assert drop["probable_expected"] == pytest.approx(0.96)
     # Of two equally likely states one is predicted; at 4 % none is to be expected.
     assert drop["most_likely"][0] == 0.25
     assert drop["probable"][0] == 0.5
@@ -57,7 +60,8 @@ def test_pairs_are_drawn_evenly_by_kind_and_never_one_that_was_measured():
     model = to_entries(task.transitions)
     drawn = draw_pairs(model, 40, np.random.default_rng(0))
     assert len(set(drawn)) == 40
-    assert [int(decode_actions(pair.action).kind) for pair in drawn[:4]] == [0, 1, 2, 3]
+    assert [int(decode_actions(pair.action).kind) for pair in drawn[:5]] == [0, 1, 2, 3, 3]
+    assert [POSITIONS[State.from_index(pair.state).position][2] for pair in drawn[3:5]] == [*GRID_Z]
     assert all(task.model.pair_index(pair.state, pair.action) >= 0 for pair in drawn)
     assert not {pair.key for pair in drawn} & {*model.key[model.evidence == Evidence.MEASURED]}
     assert drawn == draw_pairs(model, 40, np.random.default_rng(0))

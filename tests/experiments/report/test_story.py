@@ -8,9 +8,9 @@ import pytest
 from experiments.grasping.tables.lesson import MEASURED
 from experiments.kit.command import Output
 from experiments.report import story
+from experiments.report.cells import share
 from experiments.report.claims import CLAIMS
 from experiments.report.parts import MADE, PARTS, RESULT, Kept
-from experiments.report.tables import share
 
 MEASURES = {name: [0.5, 0.75] for name in MEASURED}
 

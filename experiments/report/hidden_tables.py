@@ -40,15 +40,24 @@ def enough(result: Result) -> list[str]:
                 )
             )
     simple = [
-        (each["rule"], str(each["stopped"]), str(each["wrong"]), f"{each['labels_mean'] or 0:.1f}")
+        (each["rule"], str(each["stopped"]), str(each["wrong"]), *_means(each))
         for each in result["simple_rules"]
     ]
+    head = ["a simpler rule", "would have ended", "wrongly", "at labels"]
     return [
         f"Of {result['checks']} checks that predict success, {result['checks_right']} are right.",
         "",
         *tabled(["rewards", "lessons", "ended", "rightly", "refused", "labels"], rows),
-        *tabled(["a simpler rule", "would have ended", "wrongly", "at labels"], simple),
+        *tabled([*head, "goal reached", "an action as good"], simple),
     ]
+
+
+def _means(rule: Result) -> tuple[str, ...]:
+    """What a simpler rule comes to on average, if it would have ended any lesson."""
+    if not rule["stopped"]:
+        return "", "", ""
+    means = [rule[f"{name}_mean"] for name in ("success_mdp", "accuracy_optimal_all")]
+    return f"{rule['labels_mean']:,.1f}", *(f"{100 * mean:.1f}" for mean in means)
 
 
 def planning(result: Result) -> list[str]:

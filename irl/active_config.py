@@ -47,7 +47,9 @@ class ActiveConfig(Settings):
     action_advice: bool = True
     """Whether the expert is asked."""
     avoid: str = "mask"
-    """What happens to avoided actions: mask excludes them, thesis lowers their value."""
+    """What happens to avoided actions: mask excludes them, unless that costs the way to where
+    demonstrations ended; doubt excludes them where that costs little by what was learnt from
+    labels; thesis lowers their value."""
     prefer: str = "ignore"
     """What happens to preferred actions: nothing with ignore; with thesis they gain 20 % of |Q|,
     which can break a policy that is good without."""

@@ -15,7 +15,7 @@ from irl.integers import integers
 
 BONUS = 0.2  # share of |Q| that a preferred action gains (thesis §4.2)
 AVOIDED_VALUE = -2.0  # what UpdateQ writes; below any Σ P f, as f > −1
-AVOID_MODES = ("mask", "thesis")
+AVOID_MODES = ("mask", "doubt", "thesis")
 PREFER_MODES = ("ignore", "thesis")
 
 
@@ -66,6 +66,10 @@ class Advice:
             other[np.ix_(cluster, actions)] = False
         return Advice(prefer, avoid)
 
+    def but_for(self, states: np.ndarray) -> "Advice":
+        """The same, but that nothing is avoided in the marked states, bool ``[n_states]``."""
+        return Advice(self.preferred, self.avoided & ~states[:, np.newaxis])
+
     def apply(
         self, q: np.ndarray, mask: np.ndarray, avoid: str = "mask", prefer: str = "thesis"
     ) -> np.ndarray:
@@ -73,19 +77,19 @@ class Advice:
 
         With ``prefer="thesis"`` a preferred action gains 20 % of |Q|, and where that leaves it
         level with the best of the others, it comes first. An avoided one is excluded (−∞) with
-        ``avoid="mask"``; with ``avoid="thesis"`` it gets the constant −2, or less where others are
-        worth no more.
+        ``avoid="mask"``, and with ``"doubt"`` (`irl.policy_update` says what is doubted); with
+        ``avoid="thesis"`` it gets the constant −2, or less where others are worth no more.
         Excluding *every* feasible action would leave a state without policy, though the advice was
         given for its cluster and not for it; there, nothing is excluded.
 
         Args:
             q: action values, anything where infeasible.
             mask: bool of the same shape, the feasible pairs; −∞ is returned elsewhere.
-            avoid: ``"mask"`` or ``"thesis"``.
+            avoid: a name in ``AVOID_MODES``.
             prefer: ``"ignore"`` or ``"thesis"``.
 
         Raises:
-            InputError: if ``avoid`` or ``prefer`` is neither.
+            InputError: if ``avoid`` or ``prefer`` is none of their names.
         """
         check_choice("avoid", avoid, AVOID_MODES)
         check_choice("prefer", prefer, PREFER_MODES)

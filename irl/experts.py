@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from irl.choices import check_range
 from irl.demonstrators import OracleDemonstrator
 from irl.errors import InputError
 
@@ -83,14 +84,59 @@ class OracleExpert:
     def _eligible(self) -> np.ndarray:
         return self.demonstrator.model.reachable(self.starts) & ~self.demonstrator.terminal
 
+    def _counted(self, states: np.ndarray) -> np.ndarray:
+        return np.asarray(states)[self._eligible[states]]
+
+    def optimal_in(self, states: np.ndarray) -> np.ndarray:
+        """Co-optimal actions of those states that count; bool ``[n, n_actions]``."""
+        return self.demonstrator.optimal_actions[self._counted(states)]
+
     def advise(self, cluster: str, states: np.ndarray) -> ClusterAdvice:
         """Preferred and avoided actions for a cluster; none of either if no state counts."""
-        counted = np.asarray(states)[self._eligible[states]]
-        feasible = self.demonstrator.model.mask[counted].sum(axis=0)
-        optimal = self.demonstrator.optimal_actions[counted].sum(axis=0)
+        feasible = self.demonstrator.model.mask[self._counted(states)].sum(axis=0)
+        optimal = self.optimal_in(states).sum(axis=0)
         used = feasible > 0
         share = optimal / np.maximum(feasible, 1)
         return ClusterAdvice(
             preferred=frozenset(np.flatnonzero(used & (share >= self.prefer_share)).tolist()),
             avoided=frozenset(np.flatnonzero(used & (share <= self.avoid_share)).tolist()),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class MistakenExpert:
+    """An oracle's expert some of whose answers are wrong, after Kunapuli et al. (2013).
+
+    A wrong answer wants avoided what is right somewhere in the cluster, each such action with
+    probability 1/2; it prefers one action that the expert would have avoided, and says nothing
+    else.
+
+    Attributes:
+        expert: who would be right.
+        wrong: probability that an answer is wrong.
+        rng: draws which are, and what they say.
+    """
+
+    expert: OracleExpert
+    wrong: float
+    rng: np.random.Generator
+
+    def __post_init__(self) -> None:
+        """Check the probability.
+
+        Raises:
+            InputError: if ``wrong`` is outside [0, 1].
+        """
+        check_range("expert: wrong", self.wrong, 0, 1)
+
+    def advise(self, cluster: str, states: np.ndarray) -> ClusterAdvice:
+        """As `OracleExpert`, or wrong."""
+        answer, rng = self.expert.advise(cluster, states), self.rng
+        if rng.random() >= self.wrong:
+            return answer
+        right = np.flatnonzero(self.expert.optimal_in(states).any(axis=0))
+        avoided = sorted(answer.avoided)
+        return ClusterAdvice(
+            preferred=frozenset({int(rng.choice(avoided))} if avoided else ()),
+            avoided=frozenset(right[rng.random(right.size) < 1 / 2].tolist()),
         )

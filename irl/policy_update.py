@@ -6,6 +6,12 @@ them, and goes round in circles. By (3.18) such a hilltop is a reward for stayin
 that reward for an error of the fit, unless a demonstrator was seen to stay: no state earns more
 than most states do, except where demonstrations ended. What is then worth what is planned anew.
 Whatever f says that a state *costs* remains.
+
+An expert may be wrong, and to avoid what is right can cost the way to where demonstrations ended.
+What is avoided in a state is therefore not heeded there if, by the learner's own account, a run
+would get to such an end less often than without advice. With ``avoid="doubt"`` it is not heeded
+either where all that is left is worse, by the values learnt without advice, by more than half of
+what one action more on the way costs. ``"mask"`` obeys there: labels may be too few to tell.
 """
 
 from dataclasses import dataclass
@@ -14,11 +20,16 @@ import numpy as np
 
 from irl.advice import Advice
 from irl.mdp import TransitionModel
-from irl.planning import best, value_iteration
+from irl.planning import best, policy_success, value_iteration
+from irl.policy import Policy
 
 POLICY_UPDATES = ("greedy", "planned")
+HORIZON = 20
+"""Actions within which a run is to end."""
 _NEVER = -1e3
 """What an excluded action earns: f lies within ±1, and no plan is worth as little."""
+_LESS = 1e-3  # by how much less often a run may end for the sake of advice
+_DOUBT = 0.5  # what advice may cost, as a share of what one action more costs
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +59,22 @@ class PolicyUpdate:
             advice: about actions.
             ends: indices of states where demonstrators had nothing left to do.
         """
+        if self.avoid == "thesis" or not np.size(ends) or not advice.avoided.any():
+            return self._q(f, caution, advice, ends)
+        nowhere = np.ones(self.model.n_states, dtype=bool)
+        alone = self._q(f, caution, advice.but_for(nowhere), ends)
+        if self.avoid == "doubt":
+            advice = advice.but_for(self._dear(alone, advice, f[ends].max()))
+        could = self._ends(alone, ends)
+        while True:
+            q = self._q(f, caution, advice, ends)
+            lost = (self._ends(q, ends) < could - _LESS) & advice.avoided.any(axis=1)
+            if not lost.any():
+                return q
+            advice = advice.but_for(lost)
+
+    def _q(self, f: np.ndarray, caution: float, advice: Advice, ends: np.ndarray) -> np.ndarray:
+        """The same, with all advice heeded."""
         q = self._advised(self.model.q_values(f, caution), advice)
         if self.kind == "greedy":
             return q
@@ -55,6 +82,17 @@ class PolicyUpdate:
             self.model, f, self.gamma, ends, caution=caution, excluded=np.isneginf(q)
         )
         return self._advised(self.model.q_values(f, caution), advice)
+
+    def _ends(self, q: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Probability that a run by these values gets to one of the ends; ``[n_states]``."""
+        action = Policy.from_q(q, self.model.mask).action
+        return policy_success(self.model, action, ends, HORIZON)
+
+    def _dear(self, alone: np.ndarray, advice: Advice, end: float) -> np.ndarray:
+        """Where advice costs too much by the values without it; ``end``: what an end is worth."""
+        left = np.where(advice.avoided, -np.inf, alone).max(axis=1)
+        # So also where nothing is left, and not where nothing can be done.
+        return left < alone.max(axis=1) - _DOUBT * (1 - self.gamma) * max(end, 0.0)
 
     def _advised(self, q: np.ndarray, advice: Advice) -> np.ndarray:
         return advice.apply(q, self.model.mask, self.avoid, self.prefer)

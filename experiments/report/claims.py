@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from experiments.report.tables import points, share
+from experiments.report.cells import points, share
 
 Results = Mapping[str, dict[str, Any]]
 """Results that are kept, by name of their part."""

@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from experiments.report import tables
+from experiments.report import domain_tables, hidden_tables, network_tables
 from irl.errors import InputError
 from irl.files import atomic_path
 from irl.formats import read_json, write_json
@@ -119,7 +119,7 @@ PARTS: Sequence[Part] = (
         "Table 6.3: states, questions and advice",
         ("grasping", "table"),
         47,
-        tables.table_6_3,
+        network_tables.table_6_3,
         (
             ("accuracy.png", "Accuracy by demonstration set and advice"),
             ("curves.png", "Success and accuracy from label to label"),
@@ -130,7 +130,7 @@ PARTS: Sequence[Part] = (
         "What buys what: from the thesis' network to ours",
         ("grasping", "ladder"),
         35,
-        tables.ladder,
+        network_tables.ladder,
         (("ladder.png", "One change at a time"),),
     ),
     Part(
@@ -138,63 +138,63 @@ PARTS: Sequence[Part] = (
         "Few labels, and what advice is worth (thesis 4.2, 6.3)",
         ("grasping", "advice"),
         6,
-        tables.advice,
+        network_tables.advice,
     ),
     Part(
         "grasping/questions",
         "What asking well is worth (thesis 4.1, 7.3)",
         ("grasping", "questions"),
         240,
-        tables.questions,
+        network_tables.questions,
     ),
     Part(
         "grasping/clusters",
         "Clusters that nobody drew (thesis 7.2, 7.3)",
         ("grasping", "clusters"),
         6,
-        tables.clusters,
+        network_tables.clusters,
     ),
     Part(
         "grasping/network",
         "The network's size (thesis 7.3)",
         ("grasping", "network"),
         15,
-        tables.network,
+        network_tables.network,
     ),
     Part(
         "grasping/model_free",
         "Without a transition model (thesis 7.3)",
         ("grasping", "model_free"),
         10,
-        tables.model_free,
+        network_tables.model_free,
     ),
     Part(
         "grasping/larger",
         "A larger problem (thesis 7.3)",
         ("grasping", "larger"),
         10,
-        tables.larger,
+        network_tables.larger,
     ),
     Part(
         "grasping/rewards",
         "Twenty hidden rewards",
         ("grasping", "rewards", "--number", "20"),
         90,
-        tables.rewards,
+        hidden_tables.rewards,
     ),
     Part(
         "grasping/enough",
         "Knowing when it is enough",
         ("grasping", "enough", "--lessons", "200"),
         40,
-        tables.enough,
+        hidden_tables.enough,
     ),
     Part(
         "grasping/planning",
         "One trajectory, and labels often wrong: planning",
         ("grasping", "planning"),
         5,
-        tables.planning,
+        hidden_tables.planning,
         workers=False,
     ),
     Part(
@@ -202,7 +202,7 @@ PARTS: Sequence[Part] = (
         "Table 6.2, Figures 6.3 to 6.6: grid-worlds",
         ("gridworld", "--sizes", "7", "25", "35", "101"),
         10,
-        tables.gridworld,
+        domain_tables.gridworld,
         (("accuracy.png", "Accuracy by iteration"), ("preferences.png", "State preferences")),
     ),
     Part(
@@ -210,7 +210,7 @@ PARTS: Sequence[Part] = (
         "Table 6.1: seconds an iteration",
         ("complexity",),
         30,
-        tables.complexity,
+        domain_tables.complexity,
         (("complexity.png", "Seconds by states and method"),),
         workers=False,
     ),
@@ -219,7 +219,7 @@ PARTS: Sequence[Part] = (
         "Figures 6.1 and 6.2: advice about sailing",
         ("sailing",),
         20,
-        tables.sailing,
+        domain_tables.sailing,
         (("figure_6_1.png", "Figure 6.1"), ("figure_6_2.png", "Figure 6.2")),
     ),
 )

@@ -22,6 +22,7 @@ BATCH = 64
 """Hypotheses planned for together."""
 _FREE = 0.5  # prior probability that a cost does not matter
 _FLATTER = 0.3  # power of the posterior that neighbours are sought by, for half of them
+_AT_ONCE = 2**23  # action values weighed together: 64 MiB
 _KEPT = 64  # hypotheses that predictions are made with, at most
 
 
@@ -92,8 +93,13 @@ class Belief:
         self.log_likelihood = np.concatenate([self.log_likelihood, said])
 
     def _weigh(self, goal: np.ndarray, level: np.ndarray, f: np.ndarray) -> np.ndarray:
-        q = self.plans.q(f, self.sizes(level), self.evidence.pairs)
-        return self.evidence.log_likelihood(q.astype(np.float64), self.members(goal))
+        pairs, said = self.evidence.pairs, []
+        few = max(1, _AT_ONCE // max(pairs.size, 1))
+        for k in range(0, len(goal), few):
+            q = self.plans.q(f[:, k : k + few], self.sizes(level[k : k + few]), pairs)
+            member = self.members(goal[k : k + few])
+            said.append(self.evidence.log_likelihood(q.astype(np.float64), member))
+        return np.concatenate(said) if said else self.log_likelihood[:0]
 
     def observe(self, demonstrations: Demonstrations) -> None:
         """Weigh all hypotheses by these demonstrations, in place of the former."""

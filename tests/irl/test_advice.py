@@ -65,7 +65,7 @@ def test_bad_answers_are_named(answer, message):
 
 
 def test_unknown_mode_lists_the_known():
-    with pytest.raises(InputError, match=r"avoid.*mask, thesis"):
+    with pytest.raises(InputError, match=r"avoid.*mask, doubt, thesis"):
         advised().apply(Q, MASK, avoid="never")
 
 

@@ -4,7 +4,7 @@ import pytest
 from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator, PolicyDemonstrator, RecordedDemonstrator
 from irl.errors import InputError
-from irl.experts import ClusterAdvice, OracleExpert
+from irl.experts import ClusterAdvice, MistakenExpert, OracleExpert
 from irl.mdp import TransitionModel
 
 # A square 0–1–3, 0–2–3 with the goal at 3 and a trap at 4: two ways of equal length.
@@ -133,6 +133,22 @@ def test_no_action_is_both_preferred_and_avoided(oracle):
         ClusterAdvice(frozenset({1, 2}), frozenset({2}))
     with pytest.raises(InputError, match="avoid_share < prefer_share"):
         OracleExpert(oracle, np.array([0]), prefer_share=0.3, avoid_share=0.3)
+
+
+def test_a_mistaken_expert_is_wrong_as_often_as_told_and_wants_avoided_what_is_right(oracle):
+    right = OracleExpert(oracle, np.array([0]), prefer_share=0.9)
+    every, rng = np.arange(5), np.random.default_rng(0)
+    assert MistakenExpert(right, 0.0, rng).advise("all", every) == right.advise("all", every)
+    expert = MistakenExpert(right, 0.3, rng)
+    said = [expert.advise("all", every) for _ in range(400)]
+    wrong = [answer for answer in said if answer != right.advise("all", every)]
+    assert 0.22 < len(wrong) / len(said) < 0.38
+    # 0 and 1 are right somewhere, 2 nowhere: half of the ones avoided, the other preferred.
+    assert all(answer.preferred == {2} for answer in wrong)
+    assert {tuple(sorted(answer.avoided)) for answer in wrong} == {(), (0,), (0, 1), (1,)}
+    assert MistakenExpert(right, 1.0, rng).advise("end", np.array([3, 4])) == ClusterAdvice()
+    with pytest.raises(InputError, match="wrong"):
+        MistakenExpert(right, 1.5, rng)
 
 
 def test_recorded_demonstrator_repeats_and_knows_its_limits():

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from irl.advice import Advice
 from irl.mdp import TransitionModel
 from irl.metrics import success_mdp
 from irl.planning import policy_success, value_iteration
 from irl.policy import Policy
-from irl.policy_update import planned_values
+from irl.policy_update import PolicyUpdate, planned_values
 
 N, GAMMA = 12, 0.9
 
@@ -98,3 +99,36 @@ def test_caution_goes_into_the_plan(corridor):
     V0 = R[0] + 0.9 * (0.5 * V1 + 0.5 - 0.5 * u)
     planned = planned_values(toss, f, GAMMA, np.array([2]), caution=u)
     np.testing.assert_allclose(planned, [V0, V1, 1.0], atol=1e-9)
+
+
+def told(model: TransitionModel, f: np.ndarray, avoided, avoid="mask") -> np.ndarray:
+    """The policy with actions avoided in states, as (states, actions)."""
+    advice = Advice.none(model.n_states, model.n_actions)
+    for states, actions in avoided:
+        advice = advice.add(states, [], actions)
+    update = PolicyUpdate(model, GAMMA, "planned", avoid)
+    q = update.q(f, 0.0, advice, np.array([model.n_states - 1]))
+    return Policy.from_q(q, model.mask).action
+
+
+def test_advice_that_costs_the_way_to_the_end_is_not_heeded(corridor):
+    """To go right avoided in rooms 5 and 6: neither they nor the rooms before get to the end."""
+    f, end = 0.9 * GAMMA ** np.arange(N)[::-1], np.array([N - 1])
+    wrong = [([5, 6], [1])]
+    heeded = np.where(np.isin(np.arange(N), [5, 6]), 0, 1)
+    assert policy_success(corridor, heeded, end, 20)[:7].max() == 0
+    assert told(corridor, f, wrong)[:-1].tolist() == [1] * (N - 1)
+    # The thesis' way obeys; and so does everybody where no way is lost.
+    assert told(corridor, f, wrong, "thesis")[[5, 6]].tolist() == [0, 0]
+    assert told(corridor, f, [([8], [0])])[:-1].tolist() == [1] * (N - 1)
+
+
+@pytest.mark.parametrize("avoid", ["mask", "doubt"])
+@pytest.mark.parametrize(("dearer", "first"), [(0.03, (1, 1)), (0.09, (1, 0))])
+def test_what_costs_nearly_an_action_more_is_obeyed_or_doubted(avoid, dearer, first):
+    """From 0 to the end 3 by 1 or by 2, which is dearer; an action more costs 0.1."""
+    entries = np.array([(0, 0, 1), (0, 1, 2), (1, 0, 3), (2, 0, 3)])
+    model = TransitionModel.from_entries(4, 2, *entries.T, np.ones(4))
+    f = np.array([GAMMA**2, GAMMA, GAMMA - dearer, 1.0])
+    assert told(model, f, [])[0] == 0
+    assert told(model, f, [([0], [0])], avoid)[0] == first[avoid == "doubt"]

@@ -3,7 +3,8 @@
 Each lesson is about another hidden reward (`experiments.grasping.hidden.drawn`). The learner is
 right if its policy reaches the goal from the free states with 0.99 and its choices are as good as
 the demonstrator's in 0.90 of the states. Simpler rules watch every lesson, and say when they would
-have ended it (`experiments.grasping.hidden.simple_rules`).
+have ended it (`experiments.grasping.hidden.simple_rules`); and beside each goes one of a fixed
+length (`experiments.grasping.hidden.fixed_budget`).
 """
 
 import os
@@ -17,6 +18,7 @@ import numpy as np
 
 from experiments.grasping.hidden.costs import LEFT_OUT
 from experiments.grasping.hidden.drawn import is_nameless, told_by, with_noise
+from experiments.grasping.hidden.fixed_budget import THESIS_ANSWERS, after_answers
 from experiments.grasping.hidden.lessons import Setting, asked, shared_setting, shown_runs
 from experiments.grasping.hidden.simple_rules import RULES, Watched
 from experiments.kit.command import Output
@@ -27,8 +29,13 @@ from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.posterior.enough import LEARNT, REACHES, SUCCESS, UNSURE, claim, reaches
 from irl.posterior.learner import GoalLearner
+from models.task.spaces import N_STATES
 
 RIGHT_SUCCESS, RIGHT_ACCURACY = 0.99, 0.90
+FIXED = "fixed number"
+"""The name of the lesson of a fixed length among the simpler rules."""
+COMPARED = ("labels", "right", "success_mdp", "accuracy_optimal_all")
+"""What is noted of where a simpler rule would have ended a lesson."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +47,10 @@ class Enough(Settings):
     lessons: Annotated[int, Limits(1, 100_000)] = 200
     """How many lessons there are, each about another hidden reward."""
     questions: Annotated[int, Limits(1, 1000)] = 36
-    """How many questions may be asked at most, the audit's included: the fixed budget that is
-    compared with."""
+    """How many questions may be asked at most, the audit's included."""
+    fixed: Annotated[int, Limits(0, N_STATES)] = THESIS_ANSWERS
+    """How many answers, about states drawn by chance, a lesson of a fixed length has that is
+    compared with; the thesis has 1,296. 0 leaves it out."""
     about: Literal["all", "named", "nameless", "outside"] = "all"
     """Of which rewards: two of twenty have a cost without a name; outside, a goal without one: a
     region, and the learner does not know the first of the factors that it is told by."""
@@ -64,14 +73,12 @@ def is_about(number: int, about: str) -> bool:
     return about == "all" or (about == "nameless") == is_nameless(number)
 
 
-def one_lesson(
-    folder: str, seed: int, questions: int, noise: float, about: str, number: int
-) -> dict[str, Any]:
+def one_lesson(config: Enough, number: int) -> dict[str, Any]:
     """Ask until it is enough; what the learner said then, and what was true."""
-    began = time.process_time()
-    untold = told_by(number)[0] if about == "outside" else ""
-    setting = shared_setting(folder, seed, questions, untold)
-    reward = with_noise(setting.reward(number), noise)
+    began, seed = time.process_time(), config.seed
+    untold = told_by(number)[0] if config.about == "outside" else ""
+    setting = shared_setting(str(config.task), seed, config.questions, untold)
+    reward = with_noise(setting.reward(number), config.noise)
     rng = np.random.default_rng([seed, number, 7])
     shown = shown_runs(setting, reward, 1, rng)
     simple: dict[str, dict[str, Any]] = {}
@@ -85,7 +92,7 @@ def one_lesson(
     def ended(rule: str, learner: GoalLearner) -> None:
         if rule not in simple:
             true = truth(learner)
-            simple[rule] = {name: true[name] for name in ("labels", "right", "success_mdp")}
+            simple[rule] = {name: true[name] for name in COMPARED}
 
     sure, fulfilled, judged, last = 0, 0, None, None
     for answers, learner in enumerate(asked(setting, reward, shown, rng, Watched(ended))):
@@ -96,6 +103,10 @@ def one_lesson(
         last = learner, answers
     assert last is not None
     learner, answers = last
+    seconds = time.process_time() - began
+    if config.fixed:
+        chance = np.random.default_rng([seed, number, 8])
+        ended(FIXED, after_answers(setting, reward, shown, config.fixed, chance))
     said, predicted = claim(learner), learner.predicted
     return {
         **reward.told,
@@ -112,7 +123,7 @@ def one_lesson(
         "checks": sure,
         "checks_right": fulfilled,
         "simple": simple,
-        "seconds": time.process_time() - began,
+        "seconds": seconds,
     }
 
 
@@ -125,18 +136,18 @@ def run_enough(config: Enough, output: Output) -> dict[str, Any]:
         "seed": config.seed,
         "questions": config.questions,
         "noise": config.noise,
+        "fixed": config.fixed,
         "outside": config.about == "outside",
     }
     numbers = list(islice((k for k in count() if is_about(k, config.about)), config.lessons))
     kept = KeptRows(output, identity)
     done = {row["reward"]: row for row in kept.rows}
     missing = iter([k for k in numbers if k not in done])
-    arguments = (str(config.task), config.seed, config.questions, config.noise, config.about)
     with start_workers(config.workers, config.cluster) as workers:
         for number, row in run_jobs(
             workers,
             lambda: next(missing, None),
-            lambda number: workers.executor.submit(one_lesson, *arguments, number),
+            lambda number: workers.executor.submit(one_lesson, config, number),
         ):
             kept.add(row)
             done[number] = row
@@ -179,7 +190,7 @@ def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
     told["checks"] = sum(row["checks"] for row in rows)
     told["checks_right"] = sum(row["checks_right"] for row in rows)
     print(f"of {told['checks']} checks that predict success, {told['checks_right']} are right")
-    told["simple_rules"] = [_of_rule(rule, rows) for rule in RULES]
+    told["simple_rules"] = [_of_rule(rule, rows) for rule in (*RULES, FIXED)]
     told["answers_saved"] = float(np.mean([questions - row["answers"] for row in rows]))
     return told
 
@@ -188,6 +199,8 @@ def _of_rule(rule: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
     """How a simpler rule would have done, in the lessons that it would have ended."""
     ended = [row["simple"][rule] for row in rows if rule in row["simple"]]
     wrong = sum(not each["right"] for each in ended)
-    labels = float(np.mean([each["labels"] for each in ended])) if ended else None
+    told = {"rule": rule, "stopped": len(ended), "wrong": wrong}
+    for name in ("labels", "success_mdp", "accuracy_optimal_all"):
+        told[f"{name}_mean"] = float(np.mean([each[name] for each in ended])) if ended else None
     print(f"{rule}: would have ended {len(ended)}, {wrong} of them wrongly")
-    return {"rule": rule, "stopped": len(ended), "wrong": wrong, "labels_mean": labels}
+    return told

@@ -27,7 +27,7 @@ class Watched:
     """The rule that leads, and those that watch.
 
     Attributes:
-        on_end: told by which rule the lesson would have ended, with the learner as it then is.
+        on_end: told which rule would have ended the lesson, with the learner as it then is.
         rule: leads the lesson.
         agreed: answers in a row that agreed, and ``same``, that changed nothing.
     """

@@ -21,6 +21,7 @@ from experiments.kit.robot_task import load_robot_task
 from irl.active import Progress, Result, active_fa_mlirl
 from irl.advice import Advice
 from irl.demonstrations import Demonstrations
+from irl.experts import Expert, OracleExpert
 from irl.metrics import Share
 from irl.policy_update import PolicyUpdate
 from irl.preferences import StatePreferences
@@ -113,17 +114,21 @@ class Lesson:
 
     def advised(self, learnt: Result, advice: str) -> np.ndarray:
         """Action values with advice about all clusters, about states, both, or none."""
-        task, model = self.teacher.task, self.problem.model
-        told, f = Advice.none(model.n_states, model.n_actions), learnt.f
+        task, model, f = self.teacher.task, self.problem.model, learnt.f
+        told = Advice.none(model.n_states, model.n_actions)
         if advice in ("action", "both"):
-            expert = self.teacher.answers().expert
-            assert expert is not None
-            for name, states in task.clusters.items():
-                answer = expert.advise(name, states)
-                told = told.add(states, answer.preferred, answer.avoided)
+            told = self.told_by(OracleExpert(self.teacher.oracle, task.start_states))
         if advice in ("state", "both"):
             f = StatePreferences(task.preferred, task.avoided).apply(f)
         return self.values(learnt, f, told)
+
+    def told_by(self, expert: Expert) -> Advice:
+        """What an expert says of all clusters."""
+        told = Advice.none(self.problem.model.n_states, self.problem.model.n_actions)
+        for name, states in self.teacher.task.clusters.items():
+            answer = expert.advise(name, states)
+            told = told.add(states, answer.preferred, answer.avoided)
+        return told
 
     def values(self, learnt: Result, f: np.ndarray, told: Advice) -> np.ndarray:
         """Action values of VR values ``[n_states]`` under advice about actions."""

@@ -8,9 +8,9 @@ import pytest
 from experiments.grasping.tables.lesson import MEASURED
 from experiments.kit.command import Output
 from experiments.report import story
+from experiments.report.cells import share
 from experiments.report.claims import CLAIMS
 from experiments.report.parts import MADE, PARTS, RESULT, Kept
-from experiments.report.tables import share
 
 MEASURES = {name: [0.5, 0.75] for name in MEASURED}
 
@@ -100,7 +100,9 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
         (out / RESULT).write_text(
             '{"lessons": 200, "stopped": 190, "right_share": 0.98765432, "reaches": 7, "unsure": 3,'
             '"labels_mean": 22.5, "checks": 900, "checks_right": 899, "simple_rules": ['
-            '{"rule": "labels agree", "stopped": 200, "wrong": 20, "labels_mean": 10.25}]}'
+            '{"rule": "labels agree", "stopped": 200, "wrong": 20, "labels_mean": 10.25,'
+            '"success_mdp_mean": 0.9, "accuracy_optimal_all_mean": 0.75},'
+            '{"rule": "fixed number", "stopped": 0, "wrong": 0}]}'
         )
         for name, _ in part.pictures:
             (out / name).write_bytes(b"")
@@ -122,7 +124,8 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
     text = (tmp_path / "R.md").read_text()
     assert "ended 190 of 200 lessons" in text
     assert "| all | 200 | 190 | 98.8 % | 10 | 22.5 |" in text
-    assert "| labels agree | 200 | 20 | 10.2 |" in text
+    assert "| labels agree | 200 | 20 | 10.2 | 90.0 | 75.0 |" in text
+    assert "| fixed number | 0 | 0 |  |  |  |" in text
 
 
 def test_a_claim_about_rows_that_were_not_measured_says_so(tmp_path, results):

@@ -5,13 +5,16 @@ import json
 import numpy as np
 import pytest
 
+from experiments.grasping.hidden import fixed_budget
 from experiments.grasping.hidden.drawn import told_by
-from experiments.grasping.hidden.enough import counted, is_about
+from experiments.grasping.hidden.enough import FIXED, counted, is_about
+from experiments.grasping.hidden.fixed_budget import THESIS_ANSWERS, after_answers
 from experiments.grasping.hidden.lessons import shared_setting, shown_runs, will_do
 from experiments.grasping.hidden.rewards import run_lesson, summary
 from experiments.grasping.hidden.simple_rules import Watched, as_expected
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.demonstrations import Demonstrations
+from irl.posterior import belief as beliefs
 from irl.posterior.audit import FIRST, Audit
 from irl.posterior.enough import LEARNT, REACHES, UNSURE, UNTRIED, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
@@ -51,7 +54,8 @@ def test_runs_end_at_the_goal_and_number_as_asked():
 
 @pytest.mark.soak
 def test_lessons_that_the_learner_ends(command, tmp_path):
-    options = ("--lessons", 1, "--questions", 1, "--about", "nameless", "--workers", 1)
+    options = ("--lessons", 1, "--questions", 1, "--about", "nameless", "--fixed", 3)
+    options += ("--workers", 1)
     done = command("grasping", "enough", *options, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "result.json").read_text())
@@ -61,6 +65,7 @@ def test_lessons_that_the_learner_ends(command, tmp_path):
     assert (result["lessons"], result["nameless_stopped"]) == (1, 0)
     assert len(result["seconds"]) == 1
     assert "seconds" not in told
+    assert result["simple_rules"][-1]["labels_mean"] <= told["labels"] + 2
 
 
 def row(**changed):
@@ -93,7 +98,8 @@ def test_lessons_are_counted():
         {"right": False, "labels": 12, "answers": 8, "costs": {}, "claim": LEARNT},
         {"right": False, "labels": 20, "answers": 16, "costs": {"tilt": 0.1}, "claim": REACHES},
     ]
-    early = {"labels agree": {"labels": 7, "right": False}}
+    early = {"labels": 7, "right": False, "success_mdp": 0.9, "accuracy_optimal_all": 0.5}
+    early = {"labels agree": early, FIXED: {**early, "labels": 1299, "right": True}}
     rest = {"checks": 3, "checks_right": 2, "simple": early}
     told = counted([row | rest | {"stopped": row["claim"] == LEARNT} for row in rows], 16)
     assert (told["lessons"], told["stopped"], told["right_share"]) == (3, 2, 0.5)
@@ -101,8 +107,9 @@ def test_lessons_are_counted():
     assert told["nameless_right_share"] is None
     assert (told["nameless_reaches"], told["named_reaches"]) == (1, 0)
     assert (told["checks"], told["checks_right"]) == (9, 6)
-    agree, unchanged = told["simple_rules"]
+    agree, unchanged, fixed = told["simple_rules"]
     assert (agree["stopped"], agree["wrong"], agree["labels_mean"]) == (3, 3, 7)
+    assert (fixed["wrong"], fixed["labels_mean"], fixed["success_mdp_mean"]) == (0, 1299, 0.9)
     assert (unchanged["stopped"], unchanged["labels_mean"]) == (0, None)
 
 
@@ -115,6 +122,26 @@ def test_rewards_are_told_by_what_lessons_are_about():
     assert told_by(2) == ("cell", "face")
     assert "cell" not in setting.problem.factors
     assert "face" in setting.problem.factors
+
+
+def test_a_lesson_of_a_fixed_length_asks_by_chance_and_learns_from_every_answer(monkeypatch):
+    monkeypatch.setattr(fixed_budget, "_ROUNDS", 4)
+    assert THESIS_ANSWERS == 1296
+    setting = shared_setting(str(SHIPPED_TASK), 1000, 0)
+    reward = setting.reward(14)
+    shown = shown_runs(setting, reward, 1, np.random.default_rng(0))
+    learner = after_answers(setting, reward, shown, 60, np.random.default_rng(1))
+    told = learner.shown
+    assert len(told) + len(told.ends) == len(shown) + 1 + 60
+    assert np.unique(np.concatenate([told.state, told.ends[:, 2]])).size == len(told) + 1
+    true = setting.judged(reward, learner.q, told)
+    assert true["success_mdp"] == 1
+    assert true["accuracy_optimal_all"] > 0.97
+    # Weighed a few at a time, hypotheses are as likely as all at once.
+    belief, all_at_once = learner.belief, learner.belief.log_likelihood
+    monkeypatch.setattr(beliefs, "_AT_ONCE", 40 * belief.evidence.pairs.size)
+    belief.observe(told)
+    np.testing.assert_allclose(belief.log_likelihood, all_at_once, atol=1e-3)
 
 
 def test_simple_rules_say_when_they_would_have_ended_a_lesson():

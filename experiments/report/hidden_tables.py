@@ -1,0 +1,78 @@
+"""How results on hidden rewards and few labels are told: sections' lines, in Markdown."""
+
+from experiments.report.cells import Result, tabled
+
+
+def rewards(result: Result) -> list[str]:
+    """Hidden rewards by learner."""
+    rows = [
+        (
+            row["method"],
+            str(row["answers"]),
+            f"{100 * row['label_noise']:.0f} %",
+            row["rewards"],
+            str(row["number"]),
+            *(f"{100 * row[name]['mean']:.1f}" for name in ("success_mdp", "accuracy_optimal_all")),
+            f"{100 * row['accuracy_optimal_all']['least']:.1f}",
+            f"{row['labels']['mean']:.1f}",
+        )
+        for row in result["summary"]
+    ]
+    head = ["learner", "answers", "wrong labels", "rewards", "number", "goal reached"]
+    return tabled([*head, "an action as good", "least", "labels"], rows)
+
+
+def enough(result: Result) -> list[str]:
+    """Lessons that the learner ends, and what simpler rules would have ended."""
+    groups = {"": "all", "named_": "every cost has a name", "nameless_": "a cost without a name"}
+    rows = []
+    for group, told in groups.items():
+        if f"{group}stopped" in result:
+            right = result[f"{group}right_share"]
+            rows.append(
+                (
+                    told,
+                    str(result[f"{group}lessons"]),
+                    str(result[f"{group}stopped"]),
+                    "–" if right is None else f"{100 * right:.1f} %",
+                    str(result[f"{group}reaches"] + result[f"{group}unsure"]),
+                    f"{result[f'{group}labels_mean']:.1f}",
+                )
+            )
+    simple = [
+        (each["rule"], str(each["stopped"]), str(each["wrong"]), *_means(each))
+        for each in result["simple_rules"]
+    ]
+    head = ["a simpler rule", "would have ended", "wrongly", "at labels"]
+    return [
+        f"Of {result['checks']} checks that predict success, {result['checks_right']} are right.",
+        "",
+        *tabled(["rewards", "lessons", "ended", "rightly", "refused", "labels"], rows),
+        *tabled([*head, "goal reached", "an action as good"], simple),
+    ]
+
+
+def _means(rule: Result) -> tuple[str, ...]:
+    """What a simpler rule comes to on average, if it would have ended any lesson."""
+    if not rule["stopped"]:
+        return "", "", ""
+    means = [rule[f"{name}_mean"] for name in ("success_mdp", "accuracy_optimal_all")]
+    return f"{rule['labels_mean']:,.1f}", *(f"{100 * mean:.1f}" for mean in means)
+
+
+def planning(result: Result) -> list[str]:
+    """What one trajectory, and labels often wrong, teach the planning learner."""
+    rows = [
+        (
+            f"{100 * row['label_noise']:.0f} %",
+            row["reward"],
+            str(row["seeds"]),
+            f"{row['labels']['mean']:.1f}",
+            *(f"{100 * row[name]['mean']:.1f}" for name in ("success_mdp", "accuracy_optimal_all")),
+            f"{100 * row['accuracy_optimal_all']['least']:.1f}",
+            f"{row['seconds']['mean']:.1f}",
+        )
+        for row in result["summary"]
+    ]
+    head = ["wrong labels", "reward", "seeds", "labels", "goal reached", "an action as good"]
+    return tabled([*head, "least", "seconds"], rows)

@@ -65,7 +65,7 @@ class Setting:
         return {
             **asdict(self),
             "policy": sha256(self.policy),
-            "task": load_robot_task(self.task).task_hash,
+            "task": _task(self.task).task_hash,
             "model_files": description_hash(),
         }
 
@@ -155,10 +155,14 @@ def play(setting: Setting, job: Job, whole: bool) -> Outcome:
     return Outcome(row, played if whole else None)
 
 
+_task = lru_cache(maxsize=2)(load_robot_task)
+"""Read once in a process."""
+
+
 @lru_cache(maxsize=4)
 def _decision(setting: Setting) -> tuple[Decision, np.ndarray]:
     """What chooses the actions, and the goals by which it is judged."""
-    task = load_robot_task(setting.task)
+    task = _task(setting.task)
     policy = load_policy(setting.policy, task.task_hash, task.model.mask)
     if setting.decision == "table":
         return Table(policy), task.goal_states

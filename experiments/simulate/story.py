@@ -97,14 +97,14 @@ class Config(Settings):
     """The folder that the results are written to."""
 
 
-def scenario_text(name: str) -> str:
+def scenario_text(name: str, option: str = "--scenario") -> str:
     """A scenario as YAML, empty for none; refusals name the option."""
     if not name:
         return ""
     try:
         return load_scenario(name).text()
     except ModelError as error:
-        raise InputError(str(error), place="--scenario") from None
+        raise InputError(str(error), place=option) from None
 
 
 def setting(config: Config) -> Setting:

@@ -6,18 +6,19 @@ import platform
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.report import domain_tables, hidden_tables, network_tables
 from irl.errors import InputError
-from irl.files import atomic_path
+from irl.files import atomic_path, sha256
 from irl.formats import read_json, write_json
 
 PACKAGES = ("drake", "torch", "numpy", "scipy", "numba")
-RESULT, MADE = "result.json", "made.json"
+RESULT, MADE, TASK_FILE = "result.json", "made.json", "task.json"
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,15 @@ class Part:
     def as_typed(self) -> str:
         """The command as a person types it."""
         return f"python -m experiments.{' '.join(self.command)}"
+
+    @property
+    def on_task(self) -> bool:
+        """Whether it is measured on the shipped task data."""
+        return self.command[0] == "grasping"
+
+    def clock(self, workers: int) -> float:
+        """Minutes by the clock that it takes about, on as many free cores."""
+        return self.minutes / workers if self.workers else self.minutes
 
 
 @dataclass(frozen=True)
@@ -82,6 +92,36 @@ class Kept:
         made = read_json(path) if path.exists() else {}
         return made if isinstance(made, dict) else {}
 
+    @property
+    def on_other_task(self) -> bool:
+        """Whether it was measured on other task data than are shipped now."""
+        return self.made.get("task", shipped_task()) != shipped_task()
+
+    def lacks(self, part: Part) -> str:
+        """What is missing of a part, in words; nothing if it is whole."""
+        if not self.there:
+            return "all"
+        if self.on_other_task:
+            return f"it was measured on other task data, {self.made['task'][:8]}…"
+        if self.made.get("command", part.as_typed) != part.as_typed:
+            return "less was measured than this command does"
+        return ""
+
+    def told(self, part: Part) -> list[str]:
+        """The section's lines.
+
+        Raises:
+            InputError: if the result is of another form than today's.
+        """
+        try:
+            return part.tell(self.result)
+        except (LookupError, TypeError) as error:
+            raise InputError(
+                f"does not have what is told of it ({error!r:.60}); make it anew: "
+                f"python -m experiments.report --run --again --parts {part.name}",
+                place=str(self.folder / RESULT),
+            ) from error
+
     def keep(self, part: Part, out: Path) -> None:
         """Take over what a command left in ``out``."""
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -91,13 +131,20 @@ class Kept:
         rounded = json.loads((out / RESULT).read_text(), parse_float=_rounded)
         with atomic_path(self.folder / RESULT) as path:
             path.write_text(json.dumps(rounded, separators=(",", ":")) + "\n")
+        on = {"task": shipped_task()} if part.on_task else {}
         with atomic_path(self.folder / MADE) as path:
-            write_json(path, {"command": part.as_typed, **machine()})
+            write_json(path, {"command": part.as_typed, **on, **machine()})
 
 
 def _rounded(number: str) -> float:
     """Six digits are more than any interval leaves certain."""
     return float(f"{float(number):.6g}")
+
+
+@cache
+def shipped_task() -> str:
+    """The hash of the task data that are shipped now."""
+    return sha256(SHIPPED_TASK / TASK_FILE)
 
 
 def machine() -> dict[str, Any]:
@@ -186,7 +233,14 @@ PARTS: Sequence[Part] = (
         "grasping/enough",
         "Knowing when it is enough",
         ("grasping", "enough", "--lessons", "200"),
-        40,
+        70,
+        hidden_tables.enough,
+    ),
+    Part(
+        "grasping/outside",
+        "A goal that the learner cannot think of",
+        ("grasping", "enough", "--about", "outside", "--lessons", "40"),
+        14,
         hidden_tables.enough,
     ),
     Part(

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS
+from experiments.report.cells import tabled
 from experiments.report.claims import CLAIMS, told
 from experiments.report.parts import PARTS, Kept, Part
 from irl.choices import Limits, Members, Settings
@@ -29,7 +30,8 @@ class Config(Settings):
     """Write RESULTS.md's tables from kept results, and name what is missing."""
 
     run: bool = False
-    """Whether to make what is missing first; interrupted, the same command goes on."""
+    """Whether to make first what is missing, was measured in part, or on other task data;
+    interrupted, the same command goes on."""
     parts: Annotated[tuple[str, ...], Members(tuple(part.name for part in PARTS))] = tuple(
         part.name for part in PARTS
     )
@@ -51,14 +53,19 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     kept = {part.name: Kept(config.results / part.name) for part in PARTS}
     if config.run:
         chosen = [part for part in PARTS if part.name in config.parts]
-        make([p for p in chosen if config.again or not kept[p.name].there], kept, config, output)
-    there = [part for part in PARTS if kept[part.name].there]
-    missing = [part for part in PARTS if not kept[part.name].there]
+        make([p for p in chosen if config.again or kept[p.name].lacks(p)], kept, config, output)
     write(config.file, sections(kept, config))
-    for part in missing:
-        print(f"missing: {part.name} (about {part.minutes} minutes of processor time)")
+    lacking = {part: kept[part.name].lacks(part) for part in PARTS}
+    for part, lacks in lacking.items():
+        if lacks:
+            print(f"missing: {part.name}, {lacks} (about {part.minutes} minutes of processor time)")
+    there = [part.name for part in PARTS if kept[part.name].there]
     print(f"{len(there)} of {len(PARTS)} parts told in {config.file}")
-    return {"told": [p.name for p in there], "missing": [p.name for p in missing]}
+    return {
+        "told": there,
+        "missing": [part.name for part in PARTS if part.name not in there],
+        "in_part": [part.name for part in PARTS if part.name in there and lacking[part]],
+    }
 
 
 def make(parts: Sequence[Part], kept: dict[str, Kept], config: Config, output: Output) -> None:
@@ -68,10 +75,10 @@ def make(parts: Sequence[Part], kept: dict[str, Kept], config: Config, output: O
         InputError: if a command fails; what came before it is kept.
     """
     total = sum(part.minutes for part in parts)
+    clock = sum(part.clock(config.workers) for part in parts)
     print(
-        f"{len(parts)} parts to make: about {total} minutes of processor time, "
-        f"{total / config.workers:.0f} by the clock with {config.workers} workers on as many free "
-        "cores",
+        f"{len(parts)} parts to make: about {total} minutes of processor time, {clock:.0f} by the "
+        f"clock with {config.workers} workers on as many free cores",
         flush=True,
     )
     for part in parts:
@@ -102,6 +109,8 @@ def summary(kept: dict[str, Kept]) -> list[str]:
     for claim in CLAIMS:
         part = next(part for part in PARTS if part.name == claim[1])
         figure = told(claim, results) or "*not measured yet*"
+        if kept[part.name].on_other_task:
+            figure += " (on other task data)"
         lines.append(f"| {claim[0]} | {figure} | `{_command(part, kept)}` |")
     return [*lines, ""]
 
@@ -110,7 +119,9 @@ def section(part: Part, kept: dict[str, Kept], config: Config) -> list[str]:
     """One part: command, machine, table, pictures."""
     own = kept[part.name]
     lines = [f"## {part.title}", "", f"`{_command(part, kept)}`{_made(own)}", ""]
-    lines += part.tell(own.result)
+    if lacks := own.lacks(part):
+        lines += [f"*To be measured again: {lacks}.*", ""]
+    lines += own.told(part)
     for name, words in part.pictures:
         if (own.folder / name).exists():
             path = (own.folder / name).absolute()
@@ -121,14 +132,18 @@ def section(part: Part, kept: dict[str, Kept], config: Config) -> list[str]:
 
 
 def absent(kept: dict[str, Kept]) -> list[str]:
-    """What nobody measured yet."""
-    missing = [part for part in PARTS if not kept[part.name].there]
-    if not missing:
+    """What nobody measured yet, or not on today's task data, or not all of it."""
+    lacking = [(part, kept[part.name].lacks(part)) for part in PARTS]
+    rows = [
+        (part.title, lacks, f"`{part.as_typed}`", str(part.minutes))
+        for part, lacks in lacking
+        if lacks
+    ]
+    if not rows:
         return []
-    lines = ["## Not measured yet", "", "| what | command | minutes of processor time |"]
-    lines += ["|---|---|---|"]
-    lines += [f"| {part.title} | `{part.as_typed}` | {part.minutes} |" for part in missing]
-    return [*lines, "", "`python -m experiments.report --run` makes all of it.", ""]
+    head = ["what", "is missing", "command", "minutes of processor time"]
+    told = "`python -m experiments.report --run` makes all of it, `--parts` some of it."
+    return ["## Not measured yet", "", *tabled(head, rows), told, ""]
 
 
 def write(file: Path, lines: Sequence[str]) -> None:

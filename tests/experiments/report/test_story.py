@@ -10,7 +10,7 @@ from experiments.kit.command import Output
 from experiments.report import story
 from experiments.report.cells import share
 from experiments.report.claims import CLAIMS
-from experiments.report.parts import MADE, PARTS, RESULT, Kept
+from experiments.report.parts import MADE, PARTS, RESULT, Kept, shipped_task
 
 MEASURES = {name: [0.5, 0.75] for name in MEASURED}
 
@@ -66,6 +66,45 @@ def test_what_is_kept_is_told_and_what_is_missing_is_named(tmp_path, results, ca
     assert "`python -m experiments.grasping questions`" in text.split("## Not measured yet")[1]
 
 
+def test_all_parts_are_named_that_nobody_measured(tmp_path):
+    result, text = told(tmp_path, tmp_path / "none")
+    assert result == {"told": [], "missing": [part.name for part in PARTS], "in_part": []}
+    assert text.count("*not measured yet*") == len(CLAIMS)
+    rows = text.split("## Not measured yet")[1].splitlines()
+    for part in PARTS:
+        assert f"| {part.title} | all | `{part.as_typed}` | {part.minutes} |" in rows
+
+
+def test_what_was_measured_in_part_or_on_other_task_data_says_so(tmp_path, results, capsys):
+    result, text = told(tmp_path, results)
+    assert result["in_part"] == ["grasping/table"]
+    lesser = "less was measured than this command does"
+    assert f"*To be measured again: {lesser}.*" in text
+    assert f"| Table 6.3: states, questions and advice | {lesser} |" in text
+    assert f"missing: grasping/table, {lesser}" in capsys.readouterr().out
+    file = results / "grasping" / "table" / MADE
+    whole = "python -m experiments.grasping table"
+    made = json.loads(file.read_text()) | {"command": whole, "task": shipped_task()}
+    file.write_text(json.dumps(made))
+    result, text = told(tmp_path, results)
+    assert result["in_part"] == []
+    assert "To be measured again" not in text
+    file.write_text(json.dumps({**made, "task": "0123456789"}))
+    result, text = told(tmp_path, results)
+    assert result["in_part"] == ["grasping/table"]
+    assert "measured on other task data, 01234567…" in text
+    assert text.split("## Table 6.3")[0].count("(on other task data)") == 3
+
+
+def test_a_result_of_another_form_is_refused_by_name(tmp_path, results, refused):
+    file = results / "grasping" / "table" / RESULT
+    file.write_text(json.dumps({"rows": [{"method": "thesis"}]}))
+    said = refused(story, "--results", results, "--file", tmp_path / "R.md")
+    assert str(file) in said
+    assert "KeyError('demonstration_set')" in said
+    assert "--run --again --parts grasping/table" in said
+
+
 def test_one_seed_has_no_interval():
     assert share([0.25]) == "25.0 (one seed)"
     assert share([0.25, 0.75]) == "50.0 [25.0, 75.0]"
@@ -110,6 +149,9 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
         return Done()
 
     monkeypatch.setattr(story.subprocess, "run", run)
+    whole = {"command": "python -m experiments.grasping table", "packages": {}}
+    whole |= {"cores": 2, "processor": "P"}
+    (results / "grasping" / "table" / MADE).write_text(json.dumps(whole))
     parts = ("grasping/table", "grasping/enough")
     config = story.Config(
         run=True, parts=parts, results=results, file=tmp_path / "R.md", out=tmp_path / "out"
@@ -117,10 +159,14 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
     for _ in range(2):
         story.main(config, Output(tmp_path / "out", config))
     assert ran == [["experiments.grasping", "enough", "--lessons"]]
-    assert "1 parts to make: about 40 minutes" in capsys.readouterr().out
+    assert (
+        "1 parts to make: about 70 minutes of processor time, 35 by the clock"
+        in capsys.readouterr().out
+    )
     kept = Kept(results / "grasping" / "enough")
     assert kept.result["right_share"] == 0.987654
     assert kept.made["command"] == "python -m experiments.grasping enough --lessons 200"
+    assert kept.made["task"] == shipped_task()
     text = (tmp_path / "R.md").read_text()
     assert "ended 190 of 200 lessons" in text
     assert "| all | 200 | 190 | 98.8 % | 10 | 22.5 |" in text

@@ -12,6 +12,7 @@ from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
 from irl.methods import learn
 from irl.metrics import accuracy_on_unseen, success_mdp
+from irl.posterior.belief import SIZES
 from irl.posterior.goals import propose, regions
 from irl.posterior.learner import AGREE, GoalConfig, GoalLearner
 from irl.posterior.questions import information_gain
@@ -149,3 +150,9 @@ def test_costs_and_factors_that_fit_nothing_are_refused(field, value, told):
     problem, _ = room(COLUMN == 8, 0.0)
     with pytest.raises(InputError, match=told):
         replace(problem, **{field: value})
+
+
+def test_every_size_in_the_range_is_within_a_fifth_of_one_that_is_tried():
+    true = np.geomspace(0.01, 0.64, 500)
+    nearest = np.abs(np.log(true[:, None] / SIZES[1:])).min(axis=1)
+    assert nearest.max() < np.log(1.2)

@@ -12,10 +12,11 @@ from pydrake.systems.primitives import DiscreteTimeDelay
 
 from diagrams.contact import TIME_STEP, set_cube_mass, set_friction
 from diagrams.scenarios.draws import Draws
+from diagrams.scenarios.memory import Done
 from diagrams.scenarios.pose_noise import PoseNoise
 from diagrams.scenarios.scene_changes import SECOND, change_scene
 from diagrams.scenarios.schema import Scenario
-from diagrams.scenarios.unseen_hand import Done, UnseenHand
+from diagrams.scenarios.unseen_hand import UnseenHand
 from diagrams.state_identifier import StateIdentifier
 from diagrams.station import Station
 from models.scenes import gripper

@@ -1,6 +1,6 @@
 """A hand that nobody sees: it leads the cube by a force on it, and pries the fingers apart."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -11,8 +11,9 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from diagrams.gripper_controller import GRIP_FORCE
-from diagrams.scenarios.courses import Course, Moving, begin, put_down
+from diagrams.scenarios.courses import Moving, begin, put_down
 from diagrams.scenarios.draws import Draws, Kind, Lead, within_reach
+from diagrams.scenarios.memory import Done, Memory
 from models.rotations import matrix_to_rotation_vector
 from models.scenes.parsing import CUBE, GRIPPER
 from models.task.spaces import REST_HEIGHT
@@ -39,52 +40,6 @@ NEARLY = 0.8
 """Share of a lead that must have come about for it to have acted."""
 _PADS = {"left": np.array([0.0, -0.0220203, 0.03242]), "right": np.array([0.0, 0.0220203, 0.03242])}
 """The pads' centres in the frames of the inner fingers [m]."""
-
-
-@dataclass(frozen=True)
-class Done:
-    """A lead that is over.
-
-    Attributes:
-        kind: what it was.
-        began: when [s].
-        ended: when [s].
-        distance: how far the cube came along its course [m].
-        turn: how far it was turned [rad].
-        acted: whether it did what the scenario wants.
-    """
-
-    kind: Kind
-    began: float
-    ended: float
-    distance: float
-    turn: float
-    acted: bool
-
-
-@dataclass(frozen=True)
-class Memory:
-    """What an unseen hand has in mind.
-
-    Attributes:
-        leads: still to come, the first of them perhaps in hand.
-        since: when the first one's occasion came [s], −1 before.
-        course: of the first one once it has begun.
-        began: when that was [s].
-        pulled: where a yanked cube was when it was out of the hand; None before.
-        done: what is over.
-    """
-
-    leads: tuple[Lead, ...] = ()
-    since: float = -1.0
-    course: Course | None = None
-    began: float = -1.0
-    pulled: Moving | None = None
-    done: tuple[Done, ...] = ()
-
-    def __deepcopy__(self, memo: dict) -> "Memory":
-        """Itself: nothing in it changes, and Drake copies states at every update."""
-        return self
 
 
 class UnseenHand(LeafSystem):

@@ -38,6 +38,7 @@ def test_an_oracle_teaches_until_it_is_enough_and_another_process_learns_the_sam
     again = json.loads((tmp_path / "b" / "result.json").read_text())
     assert again["policy_hash"] == told["policy_hash"] and told["policy_hash"] in done.stdout
     assert again["answers"] == told["answers"] and again["enough"]
+    assert again["report"] == told["report"] and len(told["report"]["at_odds"]) == told["answers"]
     for name in ("demonstrations.csv", "advice.json", "policy.safetensors"):
         assert (tmp_path / "a" / name).is_file()
 

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("nicegui")
 
-ENTER_P95, SPACE_P95 = 0.300, 0.250
+ENTER_P95, SPACE_P95, CTRL_C = 0.300, 0.250, 2.0
 IDLE = 0.0125
 """What `load` measures on an idle machine [s]."""
 CLOCK = """
@@ -58,7 +58,7 @@ def test_the_next_question_is_there_at_once(teaching, window):
     assert np.quantile(waits[1:], 0.95) <= ENTER_P95 * max(factors)
 
 
-def test_a_motion_begins_at_once(teaching, window):
+def test_a_motion_begins_at_once_and_ctrl_c_ends_all_at_once(teaching, window):
     lesson = teaching().start()
     one = window(lesson.url)
     one.page.frame_locator("iframe").locator("canvas").first.wait_for()
@@ -75,3 +75,13 @@ def test_a_motion_begins_at_once(teaching, window):
     told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"
     print(f"Space → motion: {told}; load at most {max(factors):.1f}")
     assert np.quantile(waits, 0.95) <= SPACE_P95 * max(factors)
+    one.wait_until_asked()
+    token = one.asked("token")
+    one.press("Enter")  # a lesson with an answer has a report
+    one.wait_for_another(token)
+    began = time.monotonic()
+    lesson.stop()
+    ended = time.monotonic() - began
+    print(f"Ctrl-C → the end: {ended:.1f} s")
+    assert ended <= CTRL_C * max(factors)
+    assert "1 answers in 1 trajectories" in lesson.log

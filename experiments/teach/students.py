@@ -5,6 +5,9 @@ from typing import Any
 
 from irl.student import StudentConfig
 
+USE_RULES = ("fa_mlirl",)
+"""Who learns more where rules label what follows from an answer as well. The others plan: what
+follows elsewhere they work out from what actions lead to, and a wrong rule only misleads them."""
 _SHORT = 10
 """Evaluations in which `planning` learns on the robot's task, each 0.15 s. What it learns, pruned,
 is after 10 what it is after 300."""

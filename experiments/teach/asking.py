@@ -1,7 +1,7 @@
 """What is asked next: the episode's next state, or what the learner wants to know most."""
 
 import secrets
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -221,6 +221,17 @@ class Asking:
             why,
             world.say_state(state),
         )
+
+    def looked_at_again(self, shown: Shown) -> Shown:
+        """An open question after a round: why it is asked, the favourites, and what is proposed.
+
+        Something that was proposed before stays so.
+        """
+        asked = self.lesson.events[shown.number - 1]
+        assert isinstance(asked, Asked)
+        if asked.proposed is None and self.reasons is not None:
+            asked = replace(asked, proposed=self.reasons.proposed(asked.state))
+        return self.shown(shown.number, asked)
 
     def is_run(self, trajectory: int) -> bool:
         """Whether a run began as a whole trajectory, not with a question of the learner's."""

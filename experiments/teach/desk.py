@@ -295,4 +295,7 @@ class Desk(Notes):
         changed = self.rounds.poll()
         if changed and self.learnt is not None and not self.rounds.error:
             self.asking.take_up(self.learnt)
+            asked = self.question
+            if asked is not None and asked.purpose == LEARN:
+                self.question = self.asking.looked_at_again(asked)
         return changed

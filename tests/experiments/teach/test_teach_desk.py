@@ -452,6 +452,30 @@ def test_an_episode_goes_on_where_the_robot_is_sure_or_another_leads(desk, why):
     assert (at.question.step, at.question.state) == (1, 1)
 
 
+def test_a_question_that_is_open_shows_what_was_learnt_meanwhile(tmp_path):
+    class Waiting(LocalLearner):
+        ready = True
+
+        def poll(self):
+            return super().poll() if self.ready else None
+
+    lesson = Lesson.begin(tmp_path / "lesson.db", began(WORLD.subject, GOALS))
+    learner = Waiting(Student(WORLD.subject, GOALS, lesson.initial))
+    at = Desk(WORLD, lesson, learner)
+    learner.ready = False
+    teach(at, 20)
+    asked = at.question
+    assert at.learnt is None and asked.proposed is None and asked.why.doubt == 1.0
+    learner.ready = True
+    at.tick()
+    now = at.question
+    assert (now.token, now.state, now.number) == (asked.token, asked.state, asked.number)
+    assert now.proposed is not None and now.top and now.why.doubt < 1.0
+    number = at.answer(now.token, best(now.state)).number
+    assert at.taught.answers[number].preselected == now.proposed
+    lesson.close()
+
+
 def test_a_state_that_the_teacher_picks_is_asked_about(desk):
     at = desk(CLONING)
     at.ask(17)

@@ -1,6 +1,7 @@
 """The page in a real browser: Debian's chromium, led by playwright; skipped where it is not."""
 
 import os
+import re
 import shutil
 import signal
 import sqlite3
@@ -24,7 +25,7 @@ class Teaching:
         self.lesson = folder / "lesson.db"
         self._folder, self._options = folder, options
         self._log = folder / "server.log"
-        self.port, self.process = 0, None
+        self.port, self.process, self.printed = 0, None, ""
 
     def start(self):
         """Start the server; it listens when this is over."""
@@ -37,8 +38,8 @@ class Teaching:
             )
         for _ in range(1200):
             told = self.log[before:]
-            if "teach at http" in told:
-                self.port = int(told.split("127.0.0.1:")[1].split("/")[0])
+            if (found := re.search(r"teach at (http://\S+:(\d+)/\S*)  ", told)) is not None:
+                self.printed, self.port = found[1], int(found[2])
                 return self
             assert self.process.poll() is None, told
             time.sleep(0.05)
@@ -122,7 +123,7 @@ def browser():
 class Window:
     """One window that looks on a page, and what a person does there."""
 
-    def __init__(self, browser, url, size=(1280, 720), scale=1.0):
+    def __init__(self, browser, url, size=(1280, 720), scale=1.0, known=True):
         self.context = browser.new_context(
             viewport={"width": int(size[0] / scale), "height": int(size[1] / scale)},
             device_scale_factor=scale,
@@ -131,11 +132,12 @@ class Window:
         self.errors, self.abroad = [], []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
-        self.page.on("request", lambda r: self._note(r.url, url))
+        self.page.on("request", lambda r: self._note(r.url, url.partition("?")[0]))
         self.page.set_default_timeout(120_000)
         self.page.goto(url)
-        self.page.wait_for_selector("[data-token]")
-        self.page.wait_for_function("window.did_handshake")
+        if known:
+            self.page.wait_for_selector("[data-token]")
+            self.page.wait_for_function("window.did_handshake")
 
     def _note(self, url, own):
         if not url.startswith((own, own.replace("http", "ws"), "data:", "blob:")):

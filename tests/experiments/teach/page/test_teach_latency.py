@@ -7,35 +7,9 @@ import pytest
 
 pytest.importorskip("nicegui")
 
+from tests.experiments.teach.page.waiting import CLOCK, enter, load
+
 ENTER_P95, SPACE_P95, CTRL_C = 0.300, 0.250, 2.0
-IDLE = 0.0125
-"""What `load` measures on an idle machine [s]."""
-CLOCK = """
-([key, done]) => new Promise((resolve, reject) => {
-  const began = performance.now(), is = new Function('return ' + done);
-  const seen = new MutationObserver(() => {
-    if (!is()) return;
-    seen.disconnect();
-    resolve(performance.now() - began);
-  });
-  seen.observe(document, { subtree: true, attributes: true, childList: true });
-  setTimeout(() => reject(new Error(`${key}: ${done} does not come`)), 60000);
-  window.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
-})
-"""
-"""Presses a key, and gives the milliseconds until the page shows that something is done."""
-TOKEN = "document.querySelector('[data-teach=question]').dataset.token"
-
-
-def load():
-    """How much longer a fixed piece of work takes than on an idle machine; 1 at least."""
-    spent = []
-    for _ in range(5):
-        began = time.perf_counter()
-        np.sort(np.random.default_rng(0).random(150_000))
-        spent.append(time.perf_counter() - began)
-        time.sleep(0.01)
-    return max(1.0, max(spent) / IDLE)
 
 
 def test_the_next_question_is_there_at_once(teaching, window):
@@ -47,8 +21,7 @@ def test_the_next_question_is_there_at_once(teaching, window):
         one.press("ArrowRight" if k % 2 else "ArrowUp")
         if one.asked("chosen") is None:
             one.press("ArrowLeft" if k % 2 else "ArrowDown")
-        before = one.asked("token")
-        waits.append(one.page.evaluate(CLOCK, ["Enter", f"{TOKEN} !== '{before}'"]) / 1e3)
+        waits.append(enter(one))
         factors.append(load())
         time.sleep(0.1)
     told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"

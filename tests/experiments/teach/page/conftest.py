@@ -8,7 +8,7 @@ import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -19,22 +19,27 @@ FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 
 
 class Teaching:
-    """A lesson in a folder, and the server that teaches it."""
+    """A lesson in a folder, and the server that teaches it, by some Python from some folder."""
 
-    def __init__(self, folder, *options):
+    def __init__(self, folder, *options, python=sys.executable, root=ROOT):
         self.lesson = folder / "lesson.db"
+        self._python, self._root = str(python), root
         self._folder, self._options = folder, options
         self._log = folder / "server.log"
         self.port, self.process, self.printed = 0, None, ""
 
     def start(self):
         """Start the server; it listens when this is over."""
-        command = [sys.executable, "-m", "experiments.teach", "--no-browser", *self._options]
+        command = [self._python, "-m", "experiments.teach", "--no-browser", *self._options]
         command += ["--port", str(self.port), "--out", str(self._folder)]
         with self._log.open("ab") as log:
             before = log.tell()
             self.process = subprocess.Popen(
-                command, cwd=ROOT, stdout=log, stderr=log, env=os.environ | {"OMP_NUM_THREADS": "1"}
+                command,
+                cwd=self._root,
+                stdout=log,
+                stderr=log,
+                env=os.environ | {"OMP_NUM_THREADS": "1"},
             )
         for _ in range(1200):
             told = self.log[before:]
@@ -108,8 +113,9 @@ def start_teaching():
     return lambda folder, *options: Teaching(folder, *options).start()
 
 
-@pytest.fixture(scope="module")
-def browser():
+@contextmanager
+def chromium():
+    """A browser; the test is skipped where there is none."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: pip install it")
     path = next((found for name in NAMES if (found := shutil.which(name))), None)
     if path is None:
@@ -118,6 +124,12 @@ def browser():
         found = playwright.chromium.launch(executable_path=path, args=FLAGS)
         yield found
         found.close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as found:
+        yield found
 
 
 class Window:

@@ -33,6 +33,8 @@ LONGEST = 50
 """Steps after which an episode is broken off."""
 SURE = 0.95
 """From this probability that its choice will do the robot acts without asking."""
+WORTH = 0.1
+"""From this gain on an episode is left for another question, or advice asked for [nats]."""
 
 
 @dataclass
@@ -121,7 +123,7 @@ class Asking:
             return False
         states = [q.state for q in open_ if q.state != state]
         best = self._choosing.best(self.reasons, states, step=state, advice=False)
-        return best is not None and best.kind != STEP
+        return best is not None and best.kind != STEP and best.worth.gain >= WORTH
 
     def suggestion(self, asked: Shown | None) -> Suggestion | None:
         """What would tell the learner most for the teacher's time, after the first trajectory.

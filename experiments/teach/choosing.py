@@ -25,6 +25,7 @@ from irl.session import START
 
 RUN = "run"
 """Strategy of a question that begins a trajectory, after the first."""
+_FEW = 0.05  # bits below which nobody wants to know how many
 SUGGESTED = {
     STEP: "to go on from here",
     STATE: "one state by itself",
@@ -103,9 +104,8 @@ class Choosing:
         where = self.world.cluster_words(offer.cluster) if offer.cluster else ""
         what = SUGGESTED[offer.kind].format(where)
         bits = worth.gain / np.log(2)
-        return (
-            f"What tells me most for your time: {what} ({bits:.2g} bits in {worth.seconds:.0f} s)."
-        )
+        told = f"{bits:.2g}" if bits >= _FEW else f"less than {_FEW}"
+        return f"What tells me most for your time: {what} ({told} bits in {worth.seconds:.0f} s)."
 
     def _times(self) -> list[tuple[str, float]]:
         """Kind and seconds of all that was said and holds."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.teach.asking import WORTH
 from experiments.teach.choosing import RUN
 from experiments.teach.desk import Desk
 from experiments.teach.shown import Given, Shown
@@ -36,8 +37,6 @@ Plain = dict[str, Any]
 
 PICTURES = 6
 """Of member states, and of what rules will label too, so many are shown."""
-WORTH_OPENING = 0.1
-"""Advice is asked for without being looked for from this gain on [nats]."""
 LAST = 40
 """So many of the last things said are shown."""
 _CURVES = {
@@ -140,7 +139,7 @@ def suggested(desk: Desk) -> Plain | None:
     return {
         "words": best.words,
         "cluster": offer.cluster,
-        "opens": desk.asking.leads and bool(offer.cluster) and best.worth.gain >= WORTH_OPENING,
+        "opens": desk.asking.leads and bool(offer.cluster) and best.worth.gain >= WORTH,
         "asked": here or (offer.kind == TRAJECTORY and begins),
     }
 

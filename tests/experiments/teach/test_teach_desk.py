@@ -436,7 +436,9 @@ def test_the_kind_of_question_is_chosen_by_what_it_tells_for_the_teachers_time(d
     assert (at.question.step, at.question.state) == (0, 10)  # left, for what tells ten times that
 
 
-@pytest.mark.parametrize("why", ["sure", "unknown", "led by the teacher", "tests come next"])
+@pytest.mark.parametrize(
+    "why", ["sure", "unknown", "led by the teacher", "tests come next", "little to gain"]
+)
 def test_an_episode_goes_on_where_the_robot_is_sure_or_another_leads(desk, why):
     at = taught_once(desk)
     at.begin_run(0)
@@ -444,6 +446,8 @@ def test_an_episode_goes_on_where_the_robot_is_sure_or_another_leads(desk, why):
     at.learnt.sure[:] = 0.99 if why == "sure" else 0.5
     if why == "unknown":
         at.learnt.gain[:8] = np.nan
+    if why == "little to gain":
+        at.learnt.gain[10] = 0.05
     if why == "led by the teacher":
         at.asking.leads = False
     if why == "tests come next":

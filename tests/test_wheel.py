@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.experiments.teach.page.conftest import Teaching, Window, chromium
+
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("pyproject.toml", "README.md", "LICENSE", "irl", "models", "diagrams", "experiments")
 # The blocks of a page go together, each in the README stands by itself.
@@ -73,7 +75,7 @@ def python(tmp_path_factory):
     call(sys.executable, "-m", "venv", folder / "env", folder=folder)
     python = folder / "env/bin/python"
     pinned = ("-c", ROOT / "constraints.txt")
-    call(python, "-m", "pip", "install", *pinned, f"{wheel}[gym]", folder=folder)
+    call(python, "-m", "pip", "install", *pinned, f"{wheel}[gym,teach]", folder=folder)
     return python
 
 
@@ -103,3 +105,21 @@ def test_the_demo_learns_and_plays_outside_of_a_checkout(python, tmp_path):
     call(python, "-m", "experiments.demo", *TINY, folder=tmp_path)
     left = {path.name for path in (tmp_path / "out/demo").iterdir()}
     assert {"policy.safetensors", "result.json", "recording.html"} <= left
+
+
+def test_the_page_teaches_the_robot_outside_of_a_checkout(python, tmp_path):
+    with chromium() as browser:
+        lesson = Teaching(tmp_path, python=python, root=tmp_path).start()
+        one = Window(browser, lesson.url)
+        one.page.frame_locator("iframe").locator("canvas").first.wait_for()
+        one.press("ArrowRight")
+        one.wait_for(
+            "() => document.querySelector('[data-teach=question]').dataset.chosen !== undefined"
+        )
+        token = one.asked("token")
+        one.press("Enter")
+        one.wait_for_another(token)
+        assert len(lesson.events("answered")) == 1
+        assert not one.errors
+        assert not one.abroad
+        lesson.stop()

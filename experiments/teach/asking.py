@@ -1,26 +1,18 @@
 """What is asked next: the episode's next state, or what the learner wants to know most."""
 
 import secrets
-from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from experiments.teach.choosing import RUN, Choosing, Suggestion
 from experiments.teach.shown import Reasons, Shown, unexplained
 from experiments.teach.worlds import World
-from irl.asking import (
-    ADVICE,
-    STATE,
-    STEP,
-    TRAJECTORY,
-    Offer,
-    Worth,
-    choose,
-    measured_seconds,
-)
+from irl.asking import STEP, TRAJECTORY
 from irl.lesson import Lesson
 from irl.lesson_events import (
     AUDIT,
+    DONE,
     LEARN,
     Acted,
     Answered,
@@ -34,30 +26,15 @@ from irl.lesson_taught import Taught
 from irl.session import RETEST, START, Question
 from irl.student import Learnt
 
-RUN, EPISODE, AGAIN = "run", "episode", "again"
-"""Strategies of the desk's own: a new trajectory; its next state; an answer that was taken back."""
+EPISODE, AGAIN, PICKED = "episode", "again", "picked"
+"""Strategies of the desk's own: an episode's next state; an answer that was taken back; a state
+that the teacher picked."""
 LONGEST = 50
 """Steps after which an episode is broken off."""
-
-SUGGESTED = {
-    STEP: "to go on from here",
-    STATE: "one state by itself",
-    TRAJECTORY: "a new trajectory from a start",
-    ADVICE: "advice where {}",
-}
-
-
-@dataclass(frozen=True)
-class Suggestion:
-    """What had best be asked next, and that in words."""
-
-    worth: Worth
-    words: str
-
-    @property
-    def kind(self) -> str:
-        """A name in `irl.asking.KINDS`."""
-        return self.worth.offer.kind
+SURE = 0.95
+"""From this probability that its choice will do the robot acts without asking."""
+WORTH = 0.1
+"""From this gain on an episode is left for another question, or advice asked for [nats]."""
 
 
 @dataclass
@@ -73,6 +50,8 @@ class Asking:
         reasons: of the last round; None before any.
         k: number of the last round; −1 before any.
         synchronous: whether it asks what Algorithm 4.1 would.
+        leads: whether it chooses the kind of question too, by what that is worth; else episodes go
+            on to their end, and then the learner's own questions come.
     """
 
     world: World
@@ -83,10 +62,12 @@ class Asking:
     reasons: Reasons | None = None
     k: int = -1
     synchronous: bool = False
+    leads: bool = True
     _highest: int = -1
 
     def __post_init__(self) -> None:
         """Note which trajectories there are."""
+        self._choosing = Choosing(self.world, self.lesson, self.taught)
         self.note(0)
 
     def note(self, first: int) -> None:
@@ -106,18 +87,43 @@ class Asking:
         self.reasons = Reasons(self.world, learnt)
 
     def next(self) -> Question:
-        """What the learner wants to know most; a trajectory from a start if it doesn't say.
+        """What is worth most of the teacher's time: a state of the queue, or a new trajectory.
 
-        A toss-up is not asked about, but where Algorithm 4.1 would.
+        Tests come first. A toss-up is not asked about, but where Algorithm 4.1 would.
         """
-        answered = {a.state for a in self.taught.answers.values()} | self.taught.skipped
-        while self.queue:
-            question = self.queue.pop(0)
-            if question.state in answered and question.strategy != RETEST:
-                continue
-            if self.synchronous or question.purpose != LEARN or not self._toss_up(question.state):
-                return question
-        return Question(self.start(), START if not self.taught.answers else RUN, 0.0)
+        self.queue = [question for question in self.queue if self._is_open(question)]
+        run = Question(self.start(), START if not self.taught.answers else RUN, 0.0)
+        if not self.queue:
+            return run
+        chosen = self.queue[0]
+        if self._weighs and chosen.purpose == LEARN:
+            states = {q.state: q for q in self.queue if q.purpose == LEARN}
+            assert self.reasons is not None
+            best = self._choosing.best(self.reasons, list(states), advice=False)
+            if best is not None and best.kind == TRAJECTORY:
+                return run
+            if best is not None and best.worth.offer.state is not None:
+                chosen = states[best.worth.offer.state]
+        self.queue.remove(chosen)
+        return chosen
+
+    def leaves(self, state: int) -> bool:
+        """Whether an episode had better be left where it came to a state.
+
+        Where another kind of question tells more for the teacher's time; not where the robot is
+        sure and goes on by itself, nor before a trajectory was shown to its end.
+        """
+        if not self._weighs or not self._ended:
+            return False
+        assert self.reasons is not None
+        if self.reasons.sure(state) >= SURE or not self.reasons.knows(state):
+            return False
+        open_ = [q for q in self.queue if self._is_open(q)]
+        if any(q.purpose == AUDIT for q in open_):
+            return False
+        states = [q.state for q in open_ if q.state != state]
+        best = self._choosing.best(self.reasons, states, step=state, advice=False)
+        return best is not None and best.kind != STEP and best.worth.gain >= WORTH
 
     def suggestion(self, asked: Shown | None) -> Suggestion | None:
         """What would tell the learner most for the teacher's time, after the first trajectory.
@@ -129,54 +135,38 @@ class Asking:
             None before anything was learnt, while the learner is tested, if nothing is expected
             to tell anything, and where Algorithm 4.1 says what is asked.
         """
-        reasons = self.reasons
-        if reasons is None or self.synchronous or (asked is not None and asked.purpose == AUDIT):
+        if self.reasons is None or self.synchronous:
             return None
-        answered = {a.state for a in self.taught.answers.values()} | self.taught.skipped
-        states = [q.state for q in self.queue if q.purpose == LEARN and q.state not in answered]
-        offers = []
+        if asked is not None and asked.purpose == AUDIT:
+            return None
+        states = [q.state for q in self.queue if q.purpose == LEARN and self._is_open(q)]
+        step = None
         if asked is not None and asked.step:
-            offers.append(Offer(STEP, reasons.gain(np.array([asked.state])), state=asked.state))
+            step = asked.state
         elif asked is not None and asked.strategy not in (START, RUN):
             states.append(asked.state)
-        offers += [Offer(STATE, reasons.gain(np.array([s])), state=s) for s in states]
-        length = self._usual_length()
-        offers.append(Offer(TRAJECTORY, reasons.gain(reasons.on_my_way), length))
-        advised = {each.cluster for each in self.taught.advised}
-        offers += [
-            Offer(ADVICE, reasons.gain(members), cluster=name)
-            for name, members in self.world.clusters.items()
-            if name not in advised
-        ]
-        worth = choose(offers, measured_seconds(self._times()), reasons.left)
-        return None if worth is None else Suggestion(worth, self._said(worth))
+        return self._choosing.best(self.reasons, states, step=step)
 
-    def _said(self, worth: Worth) -> str:
-        offer = worth.offer
-        where = self.world.cluster_words(offer.cluster) if offer.cluster else ""
-        what = SUGGESTED[offer.kind].format(where)
-        bits = worth.gain / np.log(2)
-        return (
-            f"What tells me most for your time: {what} ({bits:.2g} bits in {worth.seconds:.0f} s)."
+    @property
+    def _weighs(self) -> bool:
+        """Whether the kind of question is chosen by what it is worth."""
+        return self.leads and not self.synchronous and self.reasons is not None
+
+    @property
+    def _ended(self) -> bool:
+        """Whether anything was shown to its end."""
+        return bool(
+            self.lesson.initial.ends.size
+            or any(a.action == DONE for a in self.taught.answers.values())
+            or any(event.ends for event in self.taught.imports)
         )
 
-    def _times(self) -> list[tuple[str, float]]:
-        """Kind and seconds of all that was said and holds."""
-        whole = {
-            event.trajectory
-            for event in self.lesson.events
-            if isinstance(event, Asked) and event.step == 0 and event.strategy in (START, RUN)
-        }
-        times = [
-            (STEP if a.step else TRAJECTORY if a.trajectory in whole else STATE, a.seconds)
-            for a in self.taught.answers.values()
-        ]
-        return times + [(ADVICE, each.seconds) for each in self.taught.advised]
-
-    def _usual_length(self) -> int:
-        """Answers that a trajectory takes: the median of those with more than one."""
-        runs = Counter(a.trajectory for a in self.taught.answers.values())
-        return int(np.median([n for n in runs.values() if n > 1] or [1]))
+    def _is_open(self, question: Question) -> bool:
+        """Whether a question of the queue is worth asking still."""
+        answered = {a.state for a in self.taught.answers.values()} | self.taught.skipped
+        if question.state in answered and question.strategy != RETEST:
+            return False
+        return self.synchronous or question.purpose != LEARN or not self._toss_up(question.state)
 
     def _toss_up(self, state: int) -> bool:
         return self.reasons is not None and self.reasons.toss_up(state)
@@ -233,6 +223,17 @@ class Asking:
             why,
             world.say_state(state),
         )
+
+    def looked_at_again(self, shown: Shown) -> Shown:
+        """An open question after a round: why it is asked, the favourites, and what is proposed.
+
+        Something that was proposed before stays so.
+        """
+        asked = self.lesson.events[shown.number - 1]
+        assert isinstance(asked, Asked)
+        if asked.proposed is None and self.reasons is not None:
+            asked = replace(asked, proposed=self.reasons.proposed(asked.state))
+        return self.shown(shown.number, asked)
 
     def is_run(self, trajectory: int) -> bool:
         """Whether a run began as a whole trajectory, not with a question of the learner's."""

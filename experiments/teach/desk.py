@@ -5,17 +5,18 @@ call `Desk.tick` so that rounds of learning begin and end. Every answer is on di
 question; after a restart the desk shows the question that was open, under the same token.
 
 Episodes rather than quizzes: after an answer the next question is the state that came of it, until
-the teacher says that nothing is left to do. Then the learner chooses. Questions that test the
-learner stand alone. A synchronous desk does a round after each answer, and asks what Algorithm 4.1
-would: only the first trajectory, if the lesson begins without any, is followed to its end.
+the teacher says that nothing is left to do, or another question is worth more of the teacher's
+time (`Asking.leads`). Then the learner chooses. Questions that test the learner stand alone. A
+synchronous desk does a round after each answer, and asks what Algorithm 4.1 would: only the first
+trajectory, if the lesson begins without any, is followed to its end.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from experiments.teach.asking import AGAIN, RUN
+from experiments.teach.asking import AGAIN, PICKED
+from experiments.teach.choosing import RUN
 from experiments.teach.notes import DeskConfig, Notes
-from experiments.teach.shown import NOT_ACCEPTED, Given
+from experiments.teach.shown import NOT_ACCEPTED, AdviceGiven, Given
 from irl.errors import InputError
 from irl.lesson_events import (
     AUDIT,
@@ -41,15 +42,6 @@ from irl.session_settled import Enough
 from irl.student import Learnt
 
 __all__ = ["AdviceGiven", "Desk", "DeskConfig"]
-
-
-@dataclass(frozen=True)
-class AdviceGiven:
-    """What came of advice: on how many states, and which answers (by number) it contradicts."""
-
-    accepted: bool
-    states: int = 0
-    contradicted: tuple[int, ...] = ()
 
 
 class Desk(Notes):
@@ -103,7 +95,8 @@ class Desk(Notes):
         if action != DONE:
             came = self._drawn(asked.state, action) if outcome is None else outcome
             events.append(Outcome(number, came))
-            events += self._onward(asked, action, came)
+            if not self.asking.leaves(came):
+                events += self._onward(asked, action, came)
         self._say(events, token)
         self.tick()
         if self.question is None:
@@ -147,6 +140,11 @@ class Desk(Notes):
         start = self.asking.start() if state is None else state
         self._require_state(start)
         self._say([self.asking.event(Question(start, RUN, 0.0))])
+
+    def ask(self, state: int) -> None:
+        """Ask about a state that the teacher picked."""
+        self._require_state(state)
+        self._say([self.asking.event(Question(state, PICKED, 0.0))])
 
     def correct(self, state: int, action: int, token: str, after: int | None = None) -> int | None:
         """A person took over from a playing policy: what to do in that state.
@@ -297,4 +295,7 @@ class Desk(Notes):
         changed = self.rounds.poll()
         if changed and self.learnt is not None and not self.rounds.error:
             self.asking.take_up(self.learnt)
+            asked = self.question
+            if asked is not None and asked.purpose == LEARN:
+                self.question = self.asking.looked_at_again(asked)
         return changed

@@ -4,14 +4,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from experiments.teach.asking import EPISODE, LONGEST, Asking, Suggestion
+from experiments.teach.asking import EPISODE, LONGEST, Asking
+from experiments.teach.choosing import Suggestion
 from experiments.teach.rounds import Learner, Rounds
 from experiments.teach.shown import Shown
 from experiments.teach.worlds import World
 from irl.clusters import intersection
 from irl.errors import InputError
 from irl.lesson import Lesson
-from irl.lesson_events import AUDIT, DONE, LEARN, Asked, Event
+from irl.lesson_events import AUDIT, DONE, HELD_OUT, LEARN, Asked, Event
 from irl.lesson_replay import config_of
 from irl.lesson_taught import Taught
 from irl.session import Question
@@ -105,7 +106,9 @@ class Notes:
         return [self.asking.event(Question(came, EPISODE, 0.0), asked.trajectory, step)]
 
     def _is_held_out(self, asked: Shown, action: int) -> bool:
-        due = len(self.taught.answers) % TENTH == TENTH - 1
+        """Whether one in ten is due; one that can be: of an end or a test it waits for the next."""
+        held = len(self.taught.with_purpose(HELD_OUT))
+        due = len(self.taught.answers) + 1 >= TENTH * (held + 1)
         return self.config.hold_out and due and asked.purpose == LEARN and action != DONE
 
     def _drawn(self, state: int, action: int) -> int:

@@ -4,6 +4,7 @@ Answers held out are compared with the policy, as the thesis' validation set is:
 them.
 """
 
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -11,21 +12,55 @@ import numpy as np
 
 from experiments.teach.desk import Desk
 from experiments.teach.worlds import World
-from irl.lesson_events import AUDIT, DONE, HELD_OUT, LEARN, Answered
+from irl.clusters import intersection
+from irl.lesson import Lesson
+from irl.lesson_events import AUDIT, HELD_OUT, LEARN, Answered
 from irl.lesson_exchange import demonstrations_of
+from irl.lesson_taught import Taught
 from irl.metrics import Share
+from irl.policy import Policy
+from irl.student import StudentConfig
 
 LISTED = 10
 """Odd answers and contradictions that are printed, at most."""
 
 
-def report(desk: Desk) -> dict[str, Any]:
-    """Everything that is told of a lesson, as plain values."""
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A lesson that is only looked at: what a report reads of a desk.
+
+    Attributes:
+        world: what was taught.
+        lesson: the file.
+        student: the learner's settings.
+        taught: what was said.
+        policy: what was learnt; None if nothing was.
+    """
+
+    world: World
+    lesson: Lesson
+    student: StudentConfig
+    taught: Taught
+    policy: Policy | None
+
+    def members(self, cluster: str) -> np.ndarray:
+        """The states of a cluster, or of an intersection."""
+        return intersection(self.world.clusters, cluster)
+
+
+def report(desk: Desk | Record, *, odd: bool = True) -> dict[str, Any]:
+    """Everything that is told of a lesson, as plain values.
+
+    Args:
+        desk: the lesson.
+        odd: whether to find the answers that are at odds with the rest, for which a learner learns
+            all of them anew; else ``at_odds`` is None.
+    """
     answers = desk.taught.answers
     return {
         "answers": len(answers),
         "contradictions": contradictions(desk),
-        "at_odds": at_odds(desk),
+        "at_odds": at_odds(desk) if odd else None,
         "coverage": coverage(desk),
         "seconds": times(list(answers.values())),
         "held_out": held_out(desk),
@@ -33,7 +68,7 @@ def report(desk: Desk) -> dict[str, Any]:
     }
 
 
-def contradictions(desk: Desk) -> list[dict[str, Any]]:
+def contradictions(desk: Desk | Record) -> list[dict[str, Any]]:
     """States with several answers, and answers that advice is against."""
     by_state: dict[int, dict[int, list[int]]] = {}
     for number, answer in desk.taught.answers.items():
@@ -60,15 +95,18 @@ def contradictions(desk: Desk) -> list[dict[str, Any]]:
     return found
 
 
-def at_odds(desk: Desk) -> list[dict[str, Any]]:
-    """All answers, the oddest first: each one's likelihood by the rest (`irl.lesson_odds`)."""
+def at_odds(desk: Desk | Record) -> list[dict[str, Any]]:
+    """All answers, the oddest first: each one's likelihood by the rest (`irl.lesson_odds`).
+
+    None before anything was ever brought to its end: any answer then suits some goal.
+    """
     answers = {n: a for n, a in desk.taught.answers.items() if a.purpose != HELD_OUT}
-    if not any(answer.action != DONE for answer in answers.values()):
+    shown = demonstrations_of(desk.lesson, (LEARN, AUDIT))
+    if not (shown.state.size and shown.ends.size):
         return []
     # Torch, which a server that leaves learning to another process does without.
     from irl.lesson_odds import odds  # noqa: PLC0415
 
-    shown = demonstrations_of(desk.lesson, (LEARN, AUDIT))
     said = [(answer.state, answer.action) for answer in answers.values()]
     rng = np.random.default_rng(desk.student.seed)
     each = odds(desk.world.subject.problem, shown, said, rng)
@@ -85,7 +123,7 @@ def at_odds(desk: Desk) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: (row["ratio"], row["answer"]))
 
 
-def coverage(desk: Desk) -> dict[str, Any]:
+def coverage(desk: Desk | Record) -> dict[str, Any]:
     """How much of what can be got to was shown: states, and values of each factor."""
     world = desk.world
     reached = np.flatnonzero(world.reached & (world.model.widths > 0))
@@ -116,7 +154,7 @@ def times(answers: list[Answered]) -> dict[str, float] | None:
     }
 
 
-def held_out(desk: Desk) -> dict[str, Any] | None:
+def held_out(desk: Desk | Record) -> dict[str, Any] | None:
     """How often the policy does what was answered, over answers that it never saw."""
     answers = [a for a in desk.taught.answers.values() if a.purpose == HELD_OUT]
     if desk.policy is None or not answers:
@@ -164,7 +202,7 @@ def show_report(world: World, told: dict[str, Any]) -> None:
     for row in told["contradictions"][:LISTED]:
         actions = " / ".join(map(world.say_action, row["actions"]))
         print(f"contradiction ({row['kind']}), {world.say_state(row['state'])}: {actions}")
-    odd = [row for row in told["at_odds"] if row["ratio"] < 0.1]
+    odd = [row for row in told["at_odds"] or () if row["ratio"] < 0.1]
     if odd:
         print(f"{len(odd)} answers are at odds with the rest; the oddest:")
     for row in odd[:LISTED]:

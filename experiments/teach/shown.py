@@ -85,10 +85,21 @@ class Given:
 
 NOT_ACCEPTED = Given(False)
 
+
+@dataclass(frozen=True)
+class AdviceGiven:
+    """What came of advice: on how many states, and which answers (by number) it contradicts."""
+
+    accepted: bool
+    states: int = 0
+    contradicted: tuple[int, ...] = ()
+
+
 _WORDS = {
     "start": "A whole trajectory from here shows me what you are after.",
     "run": "A whole trajectory from here shows me what you are after.",
     "episode": "The episode goes on here.",
+    "picked": "You picked this state: what should I do here?",
     "again": "You took your answer back.",
     "information": "Your answer here tells me most of what you are after.",
     "test": "Drawn by chance, to test whether I have understood; I say what I would do.",
@@ -113,7 +124,7 @@ class Reasons:
         doubt = 1.0 - float(self._learnt.sure[state])
         visited, new = float(self._visits[state]), newness(self._world, state, answered)
         words = _WORDS.get(strategy, "")
-        if strategy not in ("start", "run", "episode", "again", "test", "test again"):
+        if strategy not in ("start", "run", "episode", "again", "picked", "test", "test again"):
             words = (
                 words or f"Chosen by {strategy.replace('_', ' ')}."
             ) + f" {_said(doubt, visited)}"
@@ -130,6 +141,10 @@ class Reasons:
         often = self._visits[known]
         gain = self._learnt.gain[known].astype(np.float64)
         return float(np.average(gain, weights=often if often.sum() > 0 else None))
+
+    def knows(self, state: int) -> bool:
+        """Whether it was worked out what an answer in a state tells."""
+        return bool(np.isfinite(self._learnt.gain[state]))
 
     @property
     def left(self) -> float:
@@ -188,4 +203,14 @@ def _said(doubt: float, visited: float) -> str:
     return f"{unsure} {often}."
 
 
-__all__ = ["DONE", "NOT_ACCEPTED", "Given", "Reasons", "Shown", "Why", "newness", "unexplained"]
+__all__ = [
+    "DONE",
+    "NOT_ACCEPTED",
+    "AdviceGiven",
+    "Given",
+    "Reasons",
+    "Shown",
+    "Why",
+    "newness",
+    "unexplained",
+]

@@ -15,10 +15,10 @@ from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.commands import QUIT, perform, read_script, settle
 from experiments.teach.desk import Desk, DeskConfig
 from experiments.teach.files import export, plain, take_in
-from experiments.teach.review import report, show_report
+from experiments.teach.review import Record, report, show_report
 from experiments.teach.rounds import LocalLearner, ThreadLearner
 from experiments.teach.scripted import answer_as_the_oracle, demonstrated
-from experiments.teach.students import student_config
+from experiments.teach.students import USE_RULES, student_config
 from experiments.teach.terminal import teach
 from experiments.teach.worlds import World, grid_world, robot_world
 from irl.choices import Limits, Settings
@@ -26,6 +26,7 @@ from irl.errors import InputError
 from irl.identity import require_same_work
 from irl.lesson import Lesson
 from irl.lesson_replay import began, config_of, replay
+from irl.lesson_taught import Taught
 from irl.policy import save_policy
 from irl.student import Student
 
@@ -64,9 +65,10 @@ class Config(Settings):
     without it episodes go on, and learning hides behind them."""
     hold_out: bool = False
     """Keep every tenth answer from the learner, to judge its policy by in the report."""
-    generalise: bool = False
-    """Whether rules label what follows from an answer of the robot's task as well; the page shows
-    six of these states, to be refused where that does not follow."""
+    generalise: bool = True
+    """Whether rules label what follows from an answer of the robot's task as well, where fa_mlirl
+    learns; the page shows six of these states, to be refused where that does not follow. The other
+    learners plan, and use no rules: the page shows them what they do otherwise for an answer."""
     initial: Annotated[int, Limits(0, 1000)] = 0
     """How many trajectories a simulated mind shows before the first question; without any the
     lesson begins empty."""
@@ -77,7 +79,8 @@ class Config(Settings):
     merge: Path | None = None
     """Another lesson about the same task to take in; contradictions are listed, none is decided."""
     replay: Path | None = None
-    """Learn that lesson over again and compare the policy's hash with the one that it holds."""
+    """Learn that lesson over again, compare the policy's hash with the one that it holds, and tell
+    all that a lesson's report has."""
     seed: Annotated[int, Limits(0, 2**32 - 1)] = 0
     """The seed of every random draw."""
     out: Path = field(default_factory=lambda: Path("out/teach"))
@@ -152,7 +155,7 @@ def open_lesson(world: World, config: Config, path: Path) -> Lesson:
         InputError: if the file there is no lesson, or one of another learner, task or seed.
     """
     student = student_config(config.learner, config.seed, grid=bool(config.grid))
-    if config.generalise:
+    if config.generalise and config.learner in USE_RULES:
         student = replace(student, rules=tuple(world.subject.generalisation.rule_names))
     if not path.exists():
         rng = np.random.default_rng([config.seed, 1])
@@ -181,12 +184,18 @@ def run_script(desk: Desk, path: Path) -> None:
 
 
 def finished(desk: Desk, output: Output, *, wait: bool = True) -> dict[str, Any]:
-    """Write what came of a lesson, and tell it; with ``wait`` once all that was said is learnt."""
+    """Write what came of a lesson, and tell it.
+
+    With ``wait`` once all that was said is learnt, and with the answers that are at odds with the
+    rest; else at once.
+    """
     if wait:
         settle(desk)
     export(desk, output)
-    told = report(desk)
+    told = report(desk, odd=wait)
     show_report(desk.world, told)
+    if told["at_odds"] is None and told["answers"]:
+        print(f"which answers are at odds with the rest tells --replay {desk.lesson.path}")
     policy, enough = desk.policy, desk.enough
     if policy is not None:
         with output.file("policy.safetensors") as path:
@@ -215,7 +224,9 @@ def replayed(world: World, path: Path, output: Output) -> dict[str, Any]:
     _on_one_thread()
     with Lesson(path, writable=False) as lesson:
         again = replay(lesson, world.subject)
-        answers = sum(event.__class__.__name__ == "Answered" for event in lesson.events)
+        taught = Taught.of(lesson.events)
+        student = config_of(lesson, world.subject)
+        told = report(Record(world, lesson, student, taught, again.policy))
     print(f"round {again.k}: {again.policy_hash}")
     if not again.same:
         others = f" (other versions: {', '.join(again.differing)})" if again.differing else ""
@@ -224,17 +235,19 @@ def replayed(world: World, path: Path, output: Output) -> dict[str, Any]:
             f"in the lesson{others}",
             place=str(path),
         )
+    show_report(world, told)
     with output.file("policy.safetensors") as target:
         save_policy(again.policy, target)
     enough = again.learnt.enough
     return {
-        "answers": answers,
+        "answers": len(taught.answers),
         "policy_hash": again.policy_hash,
         "enough": enough.enough,
         "enough_reason": enough.reason,
         "enough_stands_in": enough.stands_in,
         "success_mdp": world.success(again.policy.action),
         "round": again.k,
+        "report": told,
     }
 
 

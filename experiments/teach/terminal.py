@@ -13,6 +13,7 @@ Enter        the marked choice          1 2 3    the learner's favourites
 d            done: nothing to do here   a        all that can be done here, with numbers
 a17          the action of that number  words    the one action whose words hold these
 u            take the last thing back   s, n     put aside, for good or for now
+r            a new trajectory
 prefer C: N… avoid C: N…                advice for a cluster, such as: avoid grasped: 12 13
 clusters     their names                w        why this question
 q            end the lesson"""
@@ -80,6 +81,7 @@ def understood(desk: Desk, asked: Shown, line: str) -> Command | None:
         "u": {"do": "undo"},
         "s": {"do": "skip"},
         "n": {"do": "another"},
+        "r": {"do": "run"},
         "q": {"do": QUIT},
     }
     if plain in simple:

@@ -3,9 +3,8 @@
 import asyncio
 from collections.abc import Callable
 
-from experiments.teach.asking import EPISODE
+from experiments.teach.asking import EPISODE, SURE
 from experiments.teach.desk import Desk
-from experiments.teach.page.board import SURE
 from experiments.teach.page.motions import Motions
 from experiments.teach.shown import Shown
 from irl.lesson_events import AUDIT, DONE

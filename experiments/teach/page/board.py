@@ -30,8 +30,6 @@ from models.task.words import describe_gripper
 
 Plain = dict[str, Any]
 
-SURE = 0.95
-"""From this probability that its choice will do the robot acts without asking."""
 PURPOSES = {
     AUDIT: "a test: would this be right?",
     HELD_OUT: "held out, to judge by",

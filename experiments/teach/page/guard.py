@@ -29,9 +29,10 @@ HEADERS = [
     ),
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"same-origin"),
-    (b"cross-origin-opener-policy", b"same-origin"),
     (b"cross-origin-resource-policy", b"same-origin"),
 ]
+HERE = [(b"cross-origin-opener-policy", b"same-origin")]
+"""Besides, where browsers trust the connection: on this machine. Elsewhere they complain of it."""
 
 
 def is_local(host: str) -> bool:
@@ -57,6 +58,7 @@ class Guard:
                 where only this machine can connect.
         """
         self.app, self._port, self._token = app, port, token
+        self._headers = HEADERS if token else [*HEADERS, *HERE]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Judge one request."""
@@ -68,11 +70,11 @@ class Guard:
             headers.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
         reason = self._objection(scope, headers)
         if reason:
-            await _refuse(scope, receive, send, reason)
+            await self._refuse(scope, receive, send, reason)
         elif self._token and not self._is_known(headers):
             await self._admit(scope, receive, send)
         else:
-            await self.app(scope, receive, _with_headers(send))
+            await self.app(scope, receive, self._with_headers(send))
 
     def _objection(self, scope: Scope, headers: dict[str, list[str]]) -> str:
         """Why a request is refused; empty if it is not."""
@@ -114,30 +116,30 @@ class Guard:
         """Give a browser that brings the token a cookie, and take it off the address."""
         shown = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [])
         if scope["type"] != "http" or len(shown) != 1 or not self._is_token(shown[0]):
-            await _refuse(scope, receive, send, "the address with the token is in the terminal")
+            await self._refuse(
+                scope, receive, send, "the address with the token is in the terminal"
+            )
             return
         cookie = f"{COOKIE}={self._token}; Path=/; HttpOnly; SameSite=Strict"
-        fields = [(b"location", b"/"), (b"set-cookie", cookie.encode()), *HEADERS]
+        fields = [(b"location", b"/"), (b"set-cookie", cookie.encode()), *self._headers]
         await send({"type": "http.response.start", "status": SEE_OTHER, "headers": fields})
         await send({"type": "http.response.body", "body": b""})
 
+    async def _refuse(self, scope: Scope, receive: Receive, send: Send, reason: str) -> None:
+        if scope["type"] == "websocket":
+            await receive()  # the wish to connect; closing before it is accepted answers 403
+            await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": reason})
+            return
+        fields = [(b"content-type", b"text/plain; charset=utf-8"), *self._headers]
+        await send({"type": "http.response.start", "status": FORBIDDEN, "headers": fields})
+        await send({"type": "http.response.body", "body": f"{reason}\n".encode()})
 
-async def _refuse(scope: Scope, receive: Receive, send: Send, reason: str) -> None:
-    if scope["type"] == "websocket":
-        await receive()  # the wish to connect; closing before it is accepted answers 403
-        await send({"type": "websocket.close", "code": POLICY_VIOLATION, "reason": reason})
-        return
-    fields = [(b"content-type", b"text/plain; charset=utf-8"), *HEADERS]
-    await send({"type": "http.response.start", "status": FORBIDDEN, "headers": fields})
-    await send({"type": "http.response.body", "body": f"{reason}\n".encode()})
+    def _with_headers(self, send: Send) -> Send:
+        """Answers with the headers that keep the browser to this machine."""
 
+        async def send_with(message: MutableMapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", []), *self._headers]
+            await send(message)
 
-def _with_headers(send: Send) -> Send:
-    """Answers with the headers that keep the browser to this machine."""
-
-    async def send_with(message: MutableMapping[str, Any]) -> None:
-        if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", []), *HEADERS]
-        await send(message)
-
-    return send_with
+        return send_with

@@ -8,6 +8,7 @@ const KEYS = [
   ["enter", "answer"],
   ["d", "choose: nothing to do here"], ["u", "take back the last thing said"], ["s", "skip this question for good"],
   ["n", "ask me something else"], ["t", "robot: go on by yourself to the goal"],
+  ["o", "ask what tells me most for your time"],
   ["p", "play the policy in physics; pause; hand back"], ["esc", "stop; leave a panel"],
   ["f a g h c", "these panels"], ["tab", "within a panel"],
 ];
@@ -21,7 +22,8 @@ export default {
 
     <div v-if="tab === 'f'" class="pane" data-teach="given">
       <div v-if="!panels.given.words" class="soft">
-        <p>I know what comes of my actions, and nothing of what you want. Show me:</p>
+        <p>I know what comes of my actions, and nothing of what you want. Think of a goal of your own, such as
+          the cube at the back with red up, and show me:</p>
         <p>1. Choose an action with the arrow keys or the mouse. <kbd>space</kbd> previews it.</p>
         <p>2. <kbd>enter</kbd> tells me. I do it, and ask about the state that it led to.</p>
         <p>3. Once things are as you want them: <kbd>d</kbd> <kbd>enter</kbd>, nothing to do here.</p>
@@ -39,12 +41,22 @@ export default {
           </div>
           <button data-do="exclude" @click="exclude" :disabled="!off.some((x) => x)">Those do not follow</button>
         </template>
+        <p v-else-if="panels.given.rules && !panels.given.excluded" class="soft">No rule says that anything follows from it elsewhere.</p>
+        <template v-else-if="!panels.given.rules && panels.given.changed?.length">
+          <p>I use no rules: what follows elsewhere I work out from what my actions lead to. Some of what I
+            would do otherwise now; click what is wrong, and tell me:</p>
+          <div class="pictures">
+            <button v-for="each in panels.given.changed" class="follow" :data-ask="each.pair[0]" :title="each.where"
+              @click="say({kind: 'ask', state: each.pair[0]})"><span v-html="each.picture"></span>{{ each.what }}</button>
+          </div>
+        </template>
         <p v-if="panels.given.excluded">{{ panels.given.excluded }} labels were refused.</p>
       </template>
     </div>
 
     <div v-if="tab === 'a'" class="pane" data-teach="advice">
-      <p class="soft">Advice holds in many states at once. Choose what they have in common:</p>
+      <p v-if="wanted" data-teach="wanted">Advice here would tell me most now. The question above waits.</p>
+      <p v-else class="soft">Advice holds in many states at once. Choose what they have in common:</p>
       <div class="chips clusters"><button v-for="each in panels.clusters" :aria-pressed="chosen.includes(each.name)"
           :data-cluster="each.name" @click="pick(each.name)">{{ each.words }} <small>{{ each.count }}</small></button></div>
       <template v-if="group">
@@ -71,8 +83,10 @@ export default {
             <rect class="asked" :x="each.x" :y="60 - each.asked" :width="each.w" :height="each.asked"/></g></svg></figure>
       </div>
       <p class="soft">{{ progress.answers }} answers, {{ progress.rounds }} rounds of learning with {{ progress.learner }}<span v-if="progress.learning"> · learning …</span></p>
-      <label><input type="checkbox" :checked="state.alone" data-do="alone" @change="say({kind: 'alone', on: $event.target.checked})">
+      <label class="switch"><input type="checkbox" :checked="state.alone" data-do="alone" @change="say({kind: 'alone', on: $event.target.checked})">
         act on your own while you are sure</label>
+      <label class="switch"><input type="checkbox" :checked="state.leads" data-do="lead" @change="say({kind: 'lead', on: $event.target.checked})">
+        choose yourself between states, trajectories and advice</label>
       <button data-do="begin" @click="say({kind: 'begin'})">A new trajectory from the start</button>
     </div>
 
@@ -104,6 +118,9 @@ export default {
         : `I would have done something else (${g.had}), and was ${sure} % sure. `;
       return before + (g.learnt ?? "I am learning from it …");
     },
+    wanted() {
+      return this.chosen.length === 1 && this.chosen[0] === this.state.next?.cluster;
+    },
     against() {
       const bad = (this.group?.actions ?? []).filter((each) => STATES[this.advice[each.a] ?? 0] === "avoid");
       return bad.reduce((sum, each) => sum + each.shown, 0);
@@ -118,16 +135,25 @@ export default {
     "panels.given.number"() {
       this.off = [];
     },
+    // Once for each group, and not away from what somebody works at.
+    "state.next.cluster"(name) {
+      const busy = this.$el.contains(document.activeElement) || this.chosen.length;
+      if (this.state.next?.opens && !busy && !this.offered.has(name)) this.adviseOn(name);
+    },
   },
   mounted() {
     this.onTab = (event) => this.open(event.detail, true);
     this.onTold = (event) => this.told(event.detail);
+    this.onAdvise = (event) => this.adviseOn(event.detail, true);
+    this.offered = new Set();
     window.addEventListener("teach-tab", this.onTab);
     window.addEventListener("teach-told", this.onTold);
+    window.addEventListener("teach-advise", this.onAdvise);
   },
   unmounted() {
     window.removeEventListener("teach-tab", this.onTab);
     window.removeEventListener("teach-told", this.onTold);
+    window.removeEventListener("teach-advise", this.onAdvise);
   },
   methods: {
     say(message) {
@@ -138,6 +164,12 @@ export default {
       if (focus)
         this.$nextTick(() => (this.$el.querySelector(".pane :is(button, input, select)")
           ?? this.$el.querySelector("nav [aria-selected=true]")).focus());
+    },
+    adviseOn(name, focus) {
+      this.offered.add(name);
+      this.chosen = [];
+      this.pick(name);
+      this.open("a", focus);
     },
     pick(name) {
       if (!this.chosen.length) this.since = performance.now();
@@ -157,6 +189,7 @@ export default {
       if (!reply.group) return;
       this.group = reply.group;
       this.advice = {};
+      this.$nextTick(() => this.$el.querySelector("[data-teach=group]")?.scrollIntoView({ block: "start" }));
       for (const a of reply.group.preferred) this.advice[a] = 1;
       for (const a of reply.group.avoided) this.advice[a] = 2;
     },

@@ -9,8 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from experiments.teach.asking import WORTH
+from experiments.teach.choosing import RUN
 from experiments.teach.desk import Desk
+from experiments.teach.shown import Given, Shown
 from experiments.teach.worlds import World
+from irl.asking import TRAJECTORY
 from irl.clusters import AND
 from irl.lesson_events import (
     DONE,
@@ -27,6 +31,7 @@ from irl.lesson_events import (
     Undo,
 )
 from irl.policy import Policy
+from irl.session import START
 
 Plain = dict[str, Any]
 
@@ -90,14 +95,53 @@ def progress(desk: Desk) -> Plain:
     }
 
 
-def difference(before: Policy, after: Policy | None) -> str:
-    """What learning from an answer changed, in words."""
+def given(
+    desk: Desk, asked: Shown, action: int, came: Given, picture: Callable[[int], str]
+) -> Plain:
+    """What came of an answer: what the learner would have done, and what follows by rules."""
+    world = desk.world
+    return {
+        "number": came.number,
+        "words": f"{world.say_action(action)} — {world.say_state(asked.state)}",
+        "agreed": asked.proposed == action,
+        "had": "" if asked.proposed is None else world.say_action(asked.proposed),
+        "sure": asked.sure,
+        "rules": bool(desk.student.rules),
+        "count": len(came.follows),
+        "follows": _pictured(world, came.follows, picture),
+    }
+
+
+def difference(desk: Desk, before: Policy | None, picture: Callable[[int], str]) -> Plain:
+    """What learning from an answer changed: in words, and some states with the new choice."""
+    world, after = desk.world, desk.policy
     if after is None:
-        return ""
-    other = int((before.action != after.action).sum())
-    return (
-        f"Having learnt from it, I do something else in {other:,} of {after.action.size:,} states."
-    )
+        return {}
+    if before is None:
+        return {"learnt": "Now I have a first idea of what you want.", "changed": []}
+    other = np.flatnonzero(before.action != after.action)
+    words = f"Having learnt from it, I do something else in {other.size:,} of {after.action.size:,}"
+    # Rather those that it comes by; elsewhere it may waver between what is equally good.
+    reasons = desk.asking.reasons
+    near = other if reasons is None else np.intersect1d(other, reasons.on_my_way)
+    pairs = [(int(s), int(after.action[s])) for s in near if after.action[s] >= 0]
+    return {"learnt": f"{words} states.", "changed": _pictured(world, pairs, picture)}
+
+
+def suggested(desk: Desk) -> Plain | None:
+    """What had best be asked now."""
+    best, asked = desk.suggestion, desk.question
+    if best is None:
+        return None
+    offer = best.worth.offer
+    here = asked is not None and offer.state == asked.state
+    begins = asked is not None and not asked.step and asked.strategy in (START, RUN)
+    return {
+        "words": best.words,
+        "cluster": offer.cluster,
+        "opens": desk.asking.leads and bool(offer.cluster) and best.worth.gain >= WORTH,
+        "asked": here or (offer.kind == TRAJECTORY and begins),
+    }
 
 
 def said(desk: Desk) -> list[Plain]:
@@ -195,8 +239,10 @@ def group(desk: Desk, names: Sequence[str], picture: Callable[[int], str]) -> Pl
     }
 
 
-def follows(world: World, given: tuple, picture: Callable[[int], str]) -> list[Plain]:
-    """Pictures of what rules will label as well, some of many."""
+def _pictured(
+    world: World, pairs: Sequence[tuple[int, int]], picture: Callable[[int], str]
+) -> list[Plain]:
+    """Pictures of states and what is done in each, some of many."""
     return [
         {
             "pair": [state, action],
@@ -204,5 +250,5 @@ def follows(world: World, given: tuple, picture: Callable[[int], str]) -> list[P
             "what": world.say_action(action),
             "where": world.say_state(state),
         }
-        for state, action in some(given)
+        for state, action in some(pairs)
     ]

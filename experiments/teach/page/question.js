@@ -63,7 +63,8 @@ export default {
         <div v-for="bar in question.why.bars" class="meter"><span>{{ bar.name }}</span>
           <i><b :style="{width: Math.round(100 * bar.share) + '%'}"></b></i>
           <span class="share">{{ Math.round(100 * bar.share) }} %</span></div>
-        <div v-if="state.next" class="next" data-teach="next">{{ state.next }}</div>
+        <div v-if="state.next" class="next" data-teach="next">{{ state.next.words }}
+          <button v-if="!state.next.asked" data-do="suggested" tabindex="-1" @click="suggested"><kbd>o</kbd> Do that</button></div>
       </div>
     </template>
   </section>`,
@@ -188,6 +189,7 @@ export default {
       else if (letter === "d") this.choose(DONE);
       else if (kind) event.repeat || this.act(kind);
       else if (letter === "p" && this.state.canPlay) this.act("play");
+      else if (letter === "o") event.repeat || this.suggested();
       else if (key === "Escape") {
         document.activeElement?.blur?.();
         if (this.state.phase !== "asking") this.act("stop");
@@ -205,6 +207,11 @@ export default {
     preview() {
       if (this.selected === null || !this.question) return;
       this.say({ kind: "preview", action: this.selected });
+    },
+    suggested() {
+      const next = this.state.next;
+      if (next?.cluster) window.dispatchEvent(new CustomEvent("teach-advise", { detail: next.cluster }));
+      else if (next && !next.asked) this.act("suggested");
     },
     act(kind) {
       this.say({ kind, question: this.question?.token ?? "" });

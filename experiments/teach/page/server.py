@@ -106,8 +106,7 @@ def serve(
         reconnect_timeout=PATIENCE,
         show_welcome_message=False,
     )
-    name = f"[{at.host}]" if ":" in at.host else at.host
-    url = f"http://{name}:{port}/" + (f"?token={token}" if token else "")
+    url = f"http://{_name(at.host)}:{port}/" + (f"?token={token}" if token else "")
     print(f"teach at {url}  (Ctrl-C ends; every answer is kept in {lesson.path})", flush=True)
     if at.browser:
         webbrowser.open(url)
@@ -122,6 +121,13 @@ def serve(
         server.run(sockets=[listener])
     assert page.desk is not None
     return page.desk
+
+
+def _name(host: str) -> str:
+    """What a browser calls the address that the page is bound to."""
+    if host in ("0.0.0.0", "::"):  # all that this machine has
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
 
 
 def _listen(at: Address) -> socket.socket:

@@ -1,3 +1,5 @@
+import time
+
 import msgpack
 import numpy as np
 import pytest
@@ -99,6 +101,18 @@ def test_a_preview_is_the_planners_motion_at_twice_the_speed(view, planner, mode
         assert preview.duration == pytest.approx(timeline.duration / 2, abs=FRAME)
         np.testing.assert_allclose(preview.at(1.0).q, timeline.arm(2.0), atol=1e-9)
         np.testing.assert_allclose(preview.at(1e9).q, timeline.arm(timeline.duration), atol=1e-9)
+
+
+def test_a_preview_costs_little_of_the_processor(view, model):
+    pairs = [pair for kind in Kind for pair in some_pairs(model, kind, 6)]
+    view.pose(view.preview(*pairs[0]).at(0.0))  # the planner compiles at first
+    spent = []
+    for state, action in pairs:
+        began = time.process_time()
+        preview = view.preview(state, action)
+        view.pose(preview.at(0.0))
+        spent.append(time.process_time() - began)
+    assert np.median(spent) <= 0.1
 
 
 @pytest.mark.parametrize("kind", Kind)

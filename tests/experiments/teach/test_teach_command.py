@@ -9,9 +9,12 @@ from pathlib import Path
 import pytest
 
 from experiments.kit.command import execute
-from experiments.teach.story import Config, main
+from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.teach.story import Config, main, open_lesson
+from experiments.teach.worlds import robot_world
 from irl.lesson import Lesson
 from irl.lesson_events import Answered, Round
+from irl.lesson_replay import config_of
 
 GRID = ["--grid", "5"]
 
@@ -38,6 +41,7 @@ def test_an_oracle_teaches_until_it_is_enough_and_another_process_learns_the_sam
     again = json.loads((tmp_path / "b" / "result.json").read_text())
     assert again["policy_hash"] == told["policy_hash"] and told["policy_hash"] in done.stdout
     assert again["answers"] == told["answers"] and again["enough"]
+    assert again["report"] == told["report"] and len(told["report"]["at_odds"]) == told["answers"]
     for name in ("demonstrations.csv", "advice.json", "policy.safetensors"):
         assert (tmp_path / "a" / name).is_file()
 
@@ -187,3 +191,18 @@ def test_the_terminal_asks_in_words_and_understands_words(tmp_path, capsys, monk
     assert "done: nothing to do here" in said
     assert told["answers"] >= 2
     assert "numbers of actions wanted" in said and "in 10 states" in said
+
+
+def test_rules_label_what_follows_where_the_learner_gains_from_them_unless_told_otherwise(tmp_path):
+    world = robot_world(SHIPPED_TASK)
+    names = tuple(world.subject.generalisation.rule_names)
+    for k, (config, rules) in enumerate(
+        [
+            (Config(learner="fa_mlirl"), names),
+            (Config(learner="fa_mlirl", generalise=False), ()),
+            (Config(), ()),
+            (Config(learner="planning"), ()),
+        ]
+    ):
+        with open_lesson(world, config, tmp_path / f"{k}.db") as lesson:
+            assert config_of(lesson, world.subject).rules == rules and names

@@ -11,6 +11,8 @@ from experiments.grasping.learning import FACTORED, network_features
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.desk import Desk, DeskConfig
 from experiments.teach.rounds import LocalLearner
+from experiments.teach.scripted import demonstrated
+from experiments.teach.students import student_config
 from experiments.teach.terminal import show
 from experiments.teach.worlds import grid_world, robot_world
 from irl.active import ActiveConfig, active_fa_mlirl
@@ -21,8 +23,8 @@ from irl.lesson_events import DONE, Asked, Result, Round
 from irl.lesson_replay import began, replay
 from irl.lesson_taught import Taught
 from irl.policy import Policy
-from irl.session import policy_hash
-from irl.student import Student, StudentConfig
+from irl.session import Question, policy_hash
+from irl.student import Order, Student, StudentConfig
 from irl.task_data import load_task
 from irl.teacher import Teacher
 
@@ -382,7 +384,7 @@ def test_a_toss_up_is_not_asked_and_a_synchronous_desk_asks_what_the_algorithm_w
     at = desk(GOALS)
     while at.learnt is None:
         at.answer(at.question.token, best(at.question.state))
-    queue = [q for q in at.asking.queue if q.purpose == "learn"]
+    queue, at.asking.leads = [q for q in at.asking.queue if q.purpose == "learn"], False
     assert len(queue) > 1
     at.learnt.toss_up[queue[0].state] = True
     at.another(at.question.token)
@@ -391,3 +393,105 @@ def test_a_toss_up_is_not_asked_and_a_synchronous_desk_asks_what_the_algorithm_w
     assert at.suggestion is None
     at.another(at.question.token)
     assert at.question.state == queue[0].state
+
+
+def taught_once(desk):
+    """After one trajectory, at a start; gains and certainty are the test's to set."""
+    at = desk(GOALS)
+    while at.learnt is None:
+        at.answer(at.question.token, best(at.question.state), seconds=4.0)
+    at.rounds.learner = Resting()
+    at.asking.queue = [Question(10, "information", 0.0), Question(38, "information", 0.0)]
+    at.learnt.toss_up[:] = False
+    at.learnt.gain[:], at.learnt.sure[:] = 0.01, 0.5
+    return at
+
+
+class Resting:
+    """Learns nothing more."""
+
+    lost = False
+
+    def start(self, order):
+        pass
+
+    def poll(self):
+        return None
+
+
+def test_the_kind_of_question_is_chosen_by_what_it_tells_for_the_teachers_time(desk):
+    at = taught_once(desk)
+    at.learnt.gain[38] = 2.0  # the second of the queue, by itself
+    at.another(at.question.token)
+    assert (at.question.strategy, at.question.state) == ("information", 38)
+    at.learnt.gain[:] = 0.5  # alike everywhere: many answers, of which all but one are cheap
+    at.another(at.question.token)
+    assert at.question.strategy == "run"
+    # Where it leads to tells as much as another state, for less: it goes on.
+    at.answer(at.question.token, at.question.feasible[0], seconds=4.0)
+    assert at.question.step == 1
+    at.learnt.gain[:] = 0.01
+    at.learnt.gain[10] = 5.0
+    at.answer(at.question.token, best(at.question.state), seconds=4.0)
+    assert (at.question.step, at.question.state) == (0, 10)  # left, for what tells ten times that
+
+
+@pytest.mark.parametrize(
+    "why", ["sure", "unknown", "led by the teacher", "tests come next", "little to gain"]
+)
+def test_an_episode_goes_on_where_the_robot_is_sure_or_another_leads(desk, why):
+    at = taught_once(desk)
+    at.begin_run(0)
+    at.learnt.gain[10] = 5.0
+    at.learnt.sure[:] = 0.99 if why == "sure" else 0.5
+    if why == "unknown":
+        at.learnt.gain[:8] = np.nan
+    if why == "little to gain":
+        at.learnt.gain[10] = 0.05
+    if why == "led by the teacher":
+        at.asking.leads = False
+    if why == "tests come next":
+        at.asking.queue.insert(0, Question(20, "test", 0.0, 0, "audit"))
+    at.answer(at.question.token, 0, seconds=4.0)
+    assert (at.question.step, at.question.state) == (1, 1)
+
+
+def test_a_question_that_is_open_shows_what_was_learnt_meanwhile(tmp_path):
+    class Waiting(LocalLearner):
+        ready = True
+
+        def poll(self):
+            return super().poll() if self.ready else None
+
+    lesson = Lesson.begin(tmp_path / "lesson.db", began(WORLD.subject, GOALS))
+    learner = Waiting(Student(WORLD.subject, GOALS, lesson.initial))
+    at = Desk(WORLD, lesson, learner)
+    learner.ready = False
+    teach(at, 20)
+    asked = at.question
+    assert at.learnt is None and asked.proposed is None and asked.why.doubt == 1.0
+    learner.ready = True
+    at.tick()
+    now = at.question
+    assert (now.token, now.state, now.number) == (asked.token, asked.state, asked.number)
+    assert now.proposed is not None and now.top and now.why.doubt < 1.0
+    number = at.answer(now.token, best(now.state)).number
+    assert at.taught.answers[number].preselected == now.proposed
+    lesson.close()
+
+
+def test_a_state_that_the_teacher_picks_is_asked_about(desk):
+    at = desk(CLONING)
+    at.ask(17)
+    assert (at.question.state, at.question.strategy, at.question.step) == (17, "picked", 0)
+    with pytest.raises(InputError, match="no state 99"):
+        at.ask(99)
+
+
+def test_planning_learns_the_robots_task_in_short_rounds():
+    world = robot_world(SHIPPED_TASK)
+    shown = demonstrated(world, 1, np.random.default_rng(0))
+    student, counted = Student(world.subject, student_config("planning", 0), shown), []
+    learnt = student.learn(Order(0, True, []), lambda p: counted.append(p.iteration))
+    assert max(counted) <= 10 and learnt.policy.action.shape == (world.model.n_states,)
+    assert world.success(learnt.policy.action) > 0.99

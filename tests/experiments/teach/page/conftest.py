@@ -1,13 +1,14 @@
 """The page in a real browser: Debian's chromium, led by playwright; skipped where it is not."""
 
 import os
+import re
 import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -18,27 +19,32 @@ FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 
 
 class Teaching:
-    """A lesson in a folder, and the server that teaches it."""
+    """A lesson in a folder, and the server that teaches it, by some Python from some folder."""
 
-    def __init__(self, folder, *options):
+    def __init__(self, folder, *options, python=sys.executable, root=ROOT):
         self.lesson = folder / "lesson.db"
+        self._python, self._root = str(python), root
         self._folder, self._options = folder, options
         self._log = folder / "server.log"
-        self.port, self.process = 0, None
+        self.port, self.process, self.printed = 0, None, ""
 
     def start(self):
         """Start the server; it listens when this is over."""
-        command = [sys.executable, "-m", "experiments.teach", "--no-browser", *self._options]
+        command = [self._python, "-m", "experiments.teach", "--no-browser", *self._options]
         command += ["--port", str(self.port), "--out", str(self._folder)]
         with self._log.open("ab") as log:
             before = log.tell()
             self.process = subprocess.Popen(
-                command, cwd=ROOT, stdout=log, stderr=log, env=os.environ | {"OMP_NUM_THREADS": "1"}
+                command,
+                cwd=self._root,
+                stdout=log,
+                stderr=log,
+                env=os.environ | {"OMP_NUM_THREADS": "1"},
             )
         for _ in range(1200):
             told = self.log[before:]
-            if "teach at http" in told:
-                self.port = int(told.split("127.0.0.1:")[1].split("/")[0])
+            if (found := re.search(r"teach at (http://\S+:(\d+)/\S*)  ", told)) is not None:
+                self.printed, self.port = found[1], int(found[2])
                 return self
             assert self.process.poll() is None, told
             time.sleep(0.05)
@@ -107,8 +113,9 @@ def start_teaching():
     return lambda folder, *options: Teaching(folder, *options).start()
 
 
-@pytest.fixture(scope="module")
-def browser():
+@contextmanager
+def chromium():
+    """A browser; the test is skipped where there is none."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: pip install it")
     path = next((found for name in NAMES if (found := shutil.which(name))), None)
     if path is None:
@@ -119,10 +126,16 @@ def browser():
         found.close()
 
 
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as found:
+        yield found
+
+
 class Window:
     """One window that looks on a page, and what a person does there."""
 
-    def __init__(self, browser, url, size=(1280, 720), scale=1.0):
+    def __init__(self, browser, url, size=(1280, 720), scale=1.0, known=True):
         self.context = browser.new_context(
             viewport={"width": int(size[0] / scale), "height": int(size[1] / scale)},
             device_scale_factor=scale,
@@ -131,11 +144,12 @@ class Window:
         self.errors, self.abroad = [], []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
-        self.page.on("request", lambda r: self._note(r.url, url))
+        self.page.on("request", lambda r: self._note(r.url, url.partition("?")[0]))
         self.page.set_default_timeout(120_000)
         self.page.goto(url)
-        self.page.wait_for_selector("[data-token]")
-        self.page.wait_for_function("window.did_handshake")
+        if known:
+            self.page.wait_for_selector("[data-token]")
+            self.page.wait_for_function("window.did_handshake")
 
     def _note(self, url, own):
         if not url.startswith((own, own.replace("http", "ws"), "data:", "blob:")):

@@ -219,6 +219,36 @@ def test_what_rules_would_label_too_is_shown_in_pictures_and_can_be_refused(tmp_
     asyncio.run(lead())
 
 
+def test_what_a_planner_does_otherwise_for_an_answer_is_pictured_and_may_be_picked(world, tmp_path):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        firsts, pictured = [], []
+        for number in range(12):
+            asked, before = desk.question, desk.policy
+            await say(room, number, kind="answer", question=asked.token, action=right(world, asked))
+            room.tick()
+            given = room.snapshot()["panels"]["given"]
+            assert not given["rules"] and not given["follows"]
+            if before is None and desk.policy is not None:
+                firsts.append(given["learnt"])
+            elif before is not None and before is not desk.policy:
+                assert len(given["changed"]) <= 6
+                for each in given["changed"]:
+                    state, action = each["pair"]
+                    assert desk.policy.action[state] == action != before.action[state]
+                pictured += given["changed"]
+        assert firsts == ["Now I have a first idea of what you want."]
+        state = pictured[-1]["pair"][0]
+        await say(room, "picked", kind="ask", state=state)
+        assert (desk.question.state, desk.question.strategy) == (state, "picked")
+        lesson_before = len(desk.lesson.events)
+        await say(room, "none", kind="ask", state=9999)
+        assert len(desk.lesson.events) == lesson_before
+
+    asyncio.run(lead())
+
+
 class FakeLink:
     """In place of a process that simulates."""
 
@@ -295,13 +325,20 @@ def test_the_page_says_what_tells_most_and_advice_keeps_the_seconds_that_it_took
     async def teach():
         desk = begin(world, tmp_path / "next.db")
         room = enter(desk)
-        assert room.snapshot()["state"]["next"] == ""
+        assert room.snapshot()["state"]["next"] is None
         for number in range(30):
             if desk.suggestion is not None:
                 break
             asked = desk.question
             await say(room, number, kind="answer", question=asked.token, action=right(world, asked))
-        assert room.snapshot()["state"]["next"] == desk.suggestion.words != ""
+        assert room.snapshot()["state"]["next"]["words"] == desk.suggestion.words != ""
+        # The learner asks, and whoever wants something else gets it.
+        await say(room, "other", kind="suggested")
+        assert desk.question.strategy in ("picked", "run")
+        assert desk.suggestion.kind != "trajectory" or desk.question.strategy == "run"
+        assert room.snapshot()["state"]["leads"]
+        await say(room, "led", kind="lead", on=False)
+        assert not room.snapshot()["state"]["leads"]
         name = next(iter(world.clusters))
         told = {"kind": "advise", "cluster": name, "preferred": [], "avoided": []}
         await say(room, "timed", **told, seconds=7.5)

@@ -1,5 +1,7 @@
 """Killed between an answer and the next question: nothing is lost, nothing counts twice."""
 
+import os
+import signal
 import sqlite3
 import subprocess
 import sys
@@ -60,7 +62,10 @@ def kill_the_learner(lesson, one, times):
         one.wait_for_another(tokens[-1])
     assert len(killed) == times
     assert [under(lesson, token) for token in tokens] == [1] * times
-    before = len(lesson.events("result"))
+    wait_for_a_round(lesson, len(lesson.events("result")))
+
+
+def wait_for_a_round(lesson, before):
     for _ in range(1200):
         if len(lesson.events("result")) > before:
             return
@@ -68,11 +73,29 @@ def kill_the_learner(lesson, one, times):
     raise AssertionError("nothing is learnt any more")
 
 
-def test_kills_lose_no_answer_and_double_none(teaching, window):
+def answer_while_the_learner_is_stuck(lesson, one, times):
+    rng, learner = np.random.default_rng(times), lesson.learner()
+    os.kill(learner, signal.SIGSTOP)
+    try:
+        tokens = []
+        for _ in range(times):
+            tokens.append(enter(one, rng))
+            one.wait_for_another(tokens[-1])
+        before = len(lesson.events("result"))
+    finally:
+        os.kill(learner, signal.SIGCONT)
+    assert [under(lesson, token) for token in tokens] == [1] * times
+    wait_for_a_round(lesson, before)
+
+
+def test_kills_lose_no_answer_and_double_none_and_a_stuck_learner_holds_up_nothing(
+    teaching, window
+):
     lesson = teaching("--grid", "7").start()
     one = window(lesson.url)
     kill_the_server(lesson, one, 2)
     kill_the_learner(lesson, one, 1)
+    answer_while_the_learner_is_stuck(lesson, one, 3)
 
 
 @pytest.mark.soak

@@ -7,35 +7,9 @@ import pytest
 
 pytest.importorskip("nicegui")
 
-ENTER_P95, SPACE_P95 = 0.300, 0.250
-IDLE = 0.0125
-"""What `load` measures on an idle machine [s]."""
-CLOCK = """
-([key, done]) => new Promise((resolve, reject) => {
-  const began = performance.now(), is = new Function('return ' + done);
-  const seen = new MutationObserver(() => {
-    if (!is()) return;
-    seen.disconnect();
-    resolve(performance.now() - began);
-  });
-  seen.observe(document, { subtree: true, attributes: true, childList: true });
-  setTimeout(() => reject(new Error(`${key}: ${done} does not come`)), 60000);
-  window.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
-})
-"""
-"""Presses a key, and gives the milliseconds until the page shows that something is done."""
-TOKEN = "document.querySelector('[data-teach=question]').dataset.token"
+from tests.experiments.teach.page.waiting import CLOCK, enter, load
 
-
-def load():
-    """How much longer a fixed piece of work takes than on an idle machine; 1 at least."""
-    spent = []
-    for _ in range(5):
-        began = time.perf_counter()
-        np.sort(np.random.default_rng(0).random(150_000))
-        spent.append(time.perf_counter() - began)
-        time.sleep(0.01)
-    return max(1.0, max(spent) / IDLE)
+ENTER_P95, SPACE_P95, CTRL_C = 0.300, 0.250, 2.0
 
 
 def test_the_next_question_is_there_at_once(teaching, window):
@@ -47,8 +21,7 @@ def test_the_next_question_is_there_at_once(teaching, window):
         one.press("ArrowRight" if k % 2 else "ArrowUp")
         if one.asked("chosen") is None:
             one.press("ArrowLeft" if k % 2 else "ArrowDown")
-        before = one.asked("token")
-        waits.append(one.page.evaluate(CLOCK, ["Enter", f"{TOKEN} !== '{before}'"]) / 1e3)
+        waits.append(enter(one))
         factors.append(load())
         time.sleep(0.1)
     told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"
@@ -58,7 +31,7 @@ def test_the_next_question_is_there_at_once(teaching, window):
     assert np.quantile(waits[1:], 0.95) <= ENTER_P95 * max(factors)
 
 
-def test_a_motion_begins_at_once(teaching, window):
+def test_a_motion_begins_at_once_and_ctrl_c_ends_all_at_once(teaching, window):
     lesson = teaching().start()
     one = window(lesson.url)
     one.page.frame_locator("iframe").locator("canvas").first.wait_for()
@@ -75,3 +48,13 @@ def test_a_motion_begins_at_once(teaching, window):
     told = f"{np.median(waits):.3f} s in the median, p95 {np.quantile(waits, 0.95):.3f} s"
     print(f"Space → motion: {told}; load at most {max(factors):.1f}")
     assert np.quantile(waits, 0.95) <= SPACE_P95 * max(factors)
+    one.wait_until_asked()
+    token = one.asked("token")
+    one.press("Enter")  # a lesson with an answer has a report
+    one.wait_for_another(token)
+    began = time.monotonic()
+    lesson.stop()
+    ended = time.monotonic() - began
+    print(f"Ctrl-C → the end: {ended:.1f} s")
+    assert ended <= CTRL_C * max(factors)
+    assert "1 answers in 1 trajectories" in lesson.log

@@ -1,0 +1,106 @@
+"""Long lessons of the robot through the page: until it is enough; a thousand answers."""
+
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("nicegui")
+
+from experiments.kit.shipped_data import SHIPPED_TASK
+from experiments.teach.scripted import SECONDS
+from experiments.teach.worlds import robot_world
+from irl.policy import load_policy
+from tests.experiments.teach.page.waiting import enter, load
+
+pytestmark = pytest.mark.soak
+
+TEN_MINUTES = 600.0
+ENTER, ENTER_P99 = 0.150, 0.300
+MOST_MEMORY, LARGEST = 600e6, 5e6
+
+
+@pytest.fixture(scope="module")
+def world():
+    return robot_world(SHIPPED_TASK)
+
+
+def right(world, one, rng):
+    """What the oracle says to the question shown, the favourite if that is as good."""
+    state, favourite = int(one.asked("state")), one.asked("favourite")
+    if world.oracle.terminal[state]:
+        return -1
+    good = world.oracle.optimal_actions[state]
+    if favourite not in (None, "", "-1") and good[int(favourite)]:
+        return int(favourite)
+    return world.oracle.label(state, rng)
+
+
+def memory(pid):
+    """Resident memory of a process, at most so far [bytes]."""
+    (line,) = [x for x in Path(f"/proc/{pid}/status").read_text().splitlines() if "VmHWM" in x]
+    return 1024 * int(line.split()[1])
+
+
+def test_ten_minutes_through_the_page_are_enough_and_it_says_so(teaching, window, world):
+    """The teacher takes 2 s an answer, and no longer than that; the learner what it takes.
+
+    So a loaded machine learns in fewer rounds than an idle one; the time counted is the teacher's,
+    2 s an answer, and that in which the robot goes on by itself.
+    """
+    lesson = teaching().start()
+    one = window(lesson.url)
+    rng, counted, answers = np.random.default_rng(5), 0.0, 0
+    while counted < TEN_MINUTES and "I have learnt enough, because" not in told(one):
+        began = time.monotonic()
+        if one.phase in ("asking", "moving"):
+            one.choose(right(world, one, rng))
+            enter(one)
+            answers += 1
+            time.sleep(max(0.0, SECONDS - (time.monotonic() - began)))
+            counted += SECONDS
+        else:
+            time.sleep(0.1)
+            counted += 0.1
+    assert "I have learnt enough, because" in told(one)
+    lesson.stop()
+    success = world.success(load_policy(lesson.lesson.with_name("policy.safetensors")).action)
+    print(f"enough after {answers} answers, {counted:.0f} s; success {success:.4f}")
+    assert success >= 0.99
+    assert json.loads(lesson.events("result")[-1])["told"]["enough"]
+    assert not one.errors
+
+
+def told(one):
+    """What stands under Progress, which stays open."""
+    if not one.page.locator("[data-teach=enough]").count():
+        one.press("g", "Escape")
+        one.page.wait_for_selector("[data-teach=enough]")
+    return one.read("enough")
+
+
+def test_after_a_thousand_answers_it_is_as_quick_and_small(teaching, window, world):
+    lesson = teaching("--learner", "goal_posterior").start()
+    one = window(lesson.url)
+    one.page.evaluate("window.teach.say({kind: 'alone', on: false})")
+    rng, waits, factors = np.random.default_rng(0), [], [load()]
+    for number in range(1000):
+        one.choose(right(world, one, rng))
+        waits.append(enter(one))
+        if number % 50 == 49:
+            factors.append(load())
+    print(
+        f"Enter → next question: {np.median(waits):.3f} s in the median, p99 "
+        f"{np.quantile(waits, 0.99):.3f} s; load {np.median(factors):.1f}, at most "
+        f"{max(factors):.1f}; memory {memory(lesson.process.pid) / 1e6:.0f} MB; "
+        f"file {lesson.lesson.stat().st_size / 1e6:.2f} MB; {len(lesson.events('round'))} rounds"
+    )
+    assert len(lesson.events("answered")) == 1000
+    assert np.median(waits) <= ENTER * np.median(factors)
+    assert np.quantile(waits, 0.99) <= ENTER_P99 * max(factors)
+    assert memory(lesson.process.pid) < MOST_MEMORY
+    lesson.stop()
+    assert lesson.lesson.stat().st_size < LARGEST
+    assert not one.errors

@@ -2,7 +2,7 @@
 
 First its own predictions must be good enough at two checks in a row, success of 0.99 and accuracy
 of 0.95, while runs end where the learner's plans do. Predictions hold if the truth is among the
-hypotheses. They may be good because the truth was not planned for yet: so before anything is claimed
+hypotheses. They may be good because the truth was not planned for yet: before anything is claimed
 hypotheses are sought as long as after the first run, and the predictions made anew. And a cost that
 has no name is in no hypothesis. So an audit follows, which needs no such faith:
 `irl.posterior.audit`. It decides whether the learner may say that it knows how things are liked. If

@@ -179,10 +179,15 @@ class Forecast:
             self._goals[goal] = True
 
     def state(self, sight: Sight) -> int:
-        """As it was identified; a cube on the table beside the grid is in its nearest column."""
-        if sight.state != LOST or sight.X_WO is None:
+        """As it was identified; a cube on the table beside the grid is in its nearest column.
+
+        A free cube that does not lie on the table is lost, such as one on top of another.
+        """
+        if N_FREE <= sight.state < LOST or sight.X_WO is None:
             return sight.state
         column = nearest_column(sight.X_WO.translation()).reshape(1)
+        if sight.state != LOST and column[0] >= 0:
+            return sight.state
         R_WO, p_WO = sight.X_WO.rotation().matrix()[None], sight.X_WO.translation()[None]
         return int(Scenes(column, np.array([-1]), R_WO, p_WO).state[0])
 

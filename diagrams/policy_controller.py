@@ -164,7 +164,8 @@ class PolicyController(LeafSystem):
             )
             steps = (*steps, step)
         over = replace(episode, steps=steps, state=state, finished_at=now)
-        if state in self._goals:
+        # A cube beside the goal's cell has only its name: it is yet to be placed.
+        if state in self._goals and state == sight.state:
             return replace(over, verdict=Verdict.GOAL)
         if state == self._lost:
             return replace(over, verdict=Verdict.LOST)

@@ -65,7 +65,8 @@ def imagine(
         state = decision.state(sight)
         if steps:
             steps[-1] = replace(steps[-1], next_state=state)
-        verdict = Verdict.GOAL if state in goals else Verdict.LOST if state == LOST else None
+        arrived = state in goals and state == sight.state
+        verdict = Verdict.GOAL if arrived else Verdict.LOST if state == LOST else None
         if verdict is None and len(steps) >= max_actions:
             verdict = Verdict.OUT_OF_ACTIONS
         if verdict is None:

@@ -29,6 +29,7 @@ from models.task.spaces import (
     LOST,
     N_ACTIONS,
     N_STATES,
+    POSITIONS,
     Action,
     Kind,
     State,
@@ -162,6 +163,24 @@ def test_a_cube_beside_the_grid_is_lost_to_the_table_only(policy, p, cell):
     assert Table(policy).state(beside) == LOST
     assert forecast.state(beside) == (LOST if cell is None else State(cell, 0).index)
     assert (forecast.choose(beside, ()) is None) == (cell is None)
+
+
+def test_a_cube_on_top_of_another_is_lost_to_the_forecast(policy):
+    goal = State.from_index(GOAL_STATE).position
+    forecast, p = Forecast(policy, GOAL), POSITIONS[goal][:2]
+    for z, state in ((0.523, GOAL_STATE), (0.56, LOST)):
+        assert forecast.state(seen(GOAL_STATE, p=(*p, z))) == state
+    held = State(goal, 0, 10).index
+    assert forecast.state(seen(held, p=(*p, 0.56))) == held
+
+
+def test_a_cube_beside_the_goals_cell_is_grasped_once_more(policy):
+    x, y, _ = POSITIONS[State.from_index(GOAL_STATE).position]
+    sight = seen(LOST, p=(x - 0.03, y, 0.52))
+    forecast = Forecast(policy, GOAL)
+    assert forecast.state(sight) == GOAL_STATE
+    choice = forecast.choose(sight, ())
+    assert Action.from_index(choice.action).kind == Kind.GRASP
 
 
 def test_the_table_has_what_it_values_next_once_an_action_could_not_be_planned(policy):

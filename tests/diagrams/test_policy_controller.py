@@ -112,6 +112,24 @@ def test_steps_tell_what_chose_them_and_a_person_overrules_the_table():
     assert {step.chosen_by for step in episode(0, jumps, told=2.0).steps} == {By.POLICY}
 
 
+class Beside:
+    """Calls what is lost by the name of the goal it is near to."""
+
+    goes_by_poses = False
+
+    def state(self, sight):
+        return GOAL if sight.state == LOST else sight.state
+
+    def choose(self, sight, steps):
+        return Choice(2, By.FORECAST)
+
+
+def test_what_only_has_the_goals_name_is_yet_to_be_placed():
+    found = episode(0, {0: LOST, LOST: GOAL}, decision=Beside())
+    assert found.verdict == Verdict.GOAL
+    assert [(s.state, s.next_state) for s in found.steps] == [(0, GOAL), (GOAL, GOAL)]
+
+
 class Second:
     """Has another action wherever one could not be carried out, until all have failed."""
 

@@ -150,8 +150,9 @@ class Forecast:
 
     If that reaches a goal within `HORIZON` actions, the policy's action is taken; else the first
     action, by the policy's values, after which the policy does; else the best that was not yet
-    tried here. What could not be planned here is not tried again; what was ended on the way is,
-    from where the cube is then.
+    tried here. What could not be planned here is not tried again, nor in this cell by another hand
+    while the cube stays as it is in the hand; what was ended on the way is, from where the cube is
+    then.
     """
 
     goes_by_poses = True
@@ -198,30 +199,34 @@ class Forecast:
             return None
         own = int(self._policy.action[state])
         here = [step for step in steps if step.state == state]
+        blocked = _blocked(state, steps)
         failed = _failed(state, steps)
+        if state >= N_FREE:
+            failed |= set(np.flatnonzero(blocked[decode_states(state).position]).tolist())
         # That the cube was moved by others says nothing of an action.
         taken = [step.action for step in here if step.failure != ActionFailure.DISPLACED]
         doubted = {action for action in taken if taken.count(action) >= DOUBTED} | failed
         scene = self._scene(sight, state)
-        if own >= 0 and own not in doubted and self._arrives(scene, [own])[0]:
+        if own >= 0 and own not in doubted and self._arrives(scene, [own], blocked)[0]:
             return Choice(own, By.POLICY)
         ranked = _ranked(self._policy.q[state])
         open_to = [action for action in ranked if action not in doubted]
         for some in (open_to[:FIRST], open_to[FIRST:]):
-            arrives = self._arrives(scene, some)
+            arrives = self._arrives(scene, some, blocked)
             if arrives.any():
                 return Choice(some[int(arrives.argmax())], By.FORECAST)
         for action in ranked:
-            if action not in taken:
+            if action not in taken and action not in failed:
                 return Choice(action, By.UNTRIED)
         if own < 0 or own in failed:
             own = next((action for action in ranked if action not in failed), -1)
         return None if own < 0 else Choice(own, By.POLICY)
 
-    def _arrives(self, scene: Scenes, first: Sequence[int]) -> np.ndarray:
+    def _arrives(self, scene: Scenes, first: Sequence[int], blocked: np.ndarray) -> np.ndarray:
         """Whether the policy reaches a goal after each of some first actions ``[n]``."""
         many = scene.select(np.zeros(len(first), dtype=int))
-        chance = arrival(many, np.array(first), self._policy.action, self._goals, HORIZON)
+        policy = self._policy.action
+        chance = arrival(many, np.array(first), policy, self._goals, HORIZON, blocked)
         return chance >= ARRIVES
 
     @staticmethod
@@ -243,6 +248,22 @@ class Forecast:
 def _failed(state: int, steps: Sequence[Step]) -> set[int]:
     """Actions that cannot be carried out in a state, as was found."""
     return {step.action for step in steps if step.state == state and step.stood}
+
+
+def _blocked(state: int, steps: Sequence[Step]) -> np.ndarray:
+    """In which cells actions cannot be carried out as the cube is in the hand, as was found.
+
+    It is the pose in the hand that there is no room for, whatever hand it was to be turned from.
+    """
+    blocked = np.zeros((len(POSITIONS), N_ACTIONS), dtype=bool)
+    if state < N_FREE:
+        return blocked
+    for step in reversed(steps):
+        if step.state < N_FREE:
+            break
+        if step.stood:
+            blocked[decode_states(step.state).position, step.action] = True
+    return blocked
 
 
 def _ranked(q: np.ndarray) -> list[int]:

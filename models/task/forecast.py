@@ -24,6 +24,7 @@ from models.task.drops import rests
 from models.task.spaces import (
     GRID_Z,
     LOST,
+    N_ACTIONS,
     N_STATES,
     POSITIONS,
     R_WG,
@@ -62,6 +63,9 @@ SPREAD, SPREAD_WITHIN = np.radians(4.0), np.radians((14.0, 30.0))
 """By how much single trials differ from that either way, and where they do [rad]."""
 LEAST = 0.02
 """Probability below which a course of events is not followed further."""
+
+
+NOTHING_BLOCKED = np.zeros((len(POSITIONS), N_ACTIONS), dtype=bool)
 
 
 class Scenes(NamedTuple):
@@ -146,7 +150,12 @@ def outcomes(scenes: Scenes, action: ArrayLike) -> Outcomes:
 
 
 def arrival(
-    scenes: Scenes, first: ArrayLike, policy: Indices, goals: NDArray[np.bool_], within: int
+    scenes: Scenes,
+    first: ArrayLike,
+    policy: Indices,
+    goals: NDArray[np.bool_],
+    within: int,
+    blocked: NDArray[np.bool_] = NOTHING_BLOCKED,
 ) -> Array:
     """Probability of reaching a goal by a first action and then by a policy.
 
@@ -156,6 +165,8 @@ def arrival(
         policy: each state's action after it, −1 where there is none ``[N_STATES or more]``.
         goals: which states are goals ``[N_STATES or more]``.
         within: most actions, the first among them.
+        blocked: which actions are known not to be possible in a cell as the cube is in the hand
+            now, until it is let go ``[18, N_ACTIONS]``.
 
     Returns:
         ``[n]``.
@@ -163,17 +174,21 @@ def arrival(
     arrived = np.zeros(len(scenes.hand))
     origin, weight = np.arange(arrived.size), np.ones(arrived.size)
     action = np.asarray(first)
+    kept = scenes.hand >= 0  # as it is in the hand now
     for _ in range(within):
         if not origin.size:
             break
         came, probability, scenes = outcomes(scenes, action)
         origin, weight = origin[came], weight[came] * probability
+        kept = kept[came] & (scenes.hand >= 0)
         state = scenes.state
         there = goals[state]
         np.add.at(arrived, origin[there], weight[there])
         action = np.where(state < N_STATES, policy[np.minimum(state, N_STATES - 1)], -1)
-        on = ~there & (action >= 0) & (weight >= LEAST)
+        stops = kept & blocked[np.maximum(scenes.position, 0), np.maximum(action, 0)]
+        on = ~there & (action >= 0) & (weight >= LEAST) & ~stops
         origin, weight, action, scenes = origin[on], weight[on], action[on], scenes.select(on)
+        kept = kept[on]
     return arrived
 
 

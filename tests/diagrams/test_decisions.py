@@ -1,5 +1,6 @@
 """Decisions of the policy that ``demo --seed 0`` left before there were forecasts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,11 +31,13 @@ from models.task.spaces import (
     N_ACTIONS,
     N_STATES,
     POSITIONS,
+    R_WG,
     Action,
     Kind,
     State,
     decode_states,
 )
+from models.task.tracking import InHand
 
 ACTIONS = Path(__file__).parents[1] / "data" / "demo_actions.npz"
 GOAL = np.array([GOAL_STATE])
@@ -223,3 +226,23 @@ def test_what_a_forecast_cannot_work_with_is_refused(policy):
         Forecast(Policy(policy.action, policy.q[:, :9]), GOAL)
     with pytest.raises(ModelError, match=r"object\.pose"):
         Forecast(policy, GOAL).choose(Sight(0), ())
+
+
+def test_what_there_was_no_room_for_is_not_asked_for_by_another_hand():
+    """The policy turns the hand to 16 and drops the cube, from either of two hands."""
+    turn, back = (Action(Kind.ROTATE, hand).index for hand in (16, 12))
+    one, other, turned = (State(2, 0, hand).index for hand in (12, 10, 16))
+    mask = np.zeros((N_STATES + 1, N_ACTIONS), dtype=bool)
+    action = np.full(N_STATES + 1, -1)
+    action[[one, other, turned]] = turn, turn, DROP
+    mask[other, [turn, back]] = mask[one, turn] = mask[turned, DROP] = True
+    decide = Forecast(policy_of(action, mask), GOAL)
+    hanging = replace(
+        seen(other, R_WG[10] @ R_WG[16].T), in_hand=InHand(R_WG[16].T, np.zeros(3), 3)
+    )
+    assert decide.choose(hanging, ()) == Choice(turn, By.POLICY)
+    failed = step(one, turn, ActionFailure.NO_ROOM)
+    assert decide.choose(hanging, [failed]) == Choice(back, By.UNTRIED)
+    # Once it was let go it is in the hand in another way.
+    free = step(State(2, 0).index, Action(Kind.GRASP, 10).index)
+    assert decide.choose(hanging, [failed, free]) == Choice(turn, By.POLICY)

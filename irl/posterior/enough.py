@@ -2,9 +2,9 @@
 
 First its own predictions must be good enough at two checks in a row, success of 0.99 and accuracy
 of 0.95, while runs end where the learner's plans do. Predictions hold if the truth is among the
-hypotheses. They may be good because the truth was not planned for yet: before anything is claimed
-hypotheses are sought as long as after the first run, and the predictions made anew. And a cost that
-has no name is in no hypothesis. So an audit follows, which needs no such faith:
+hypotheses. They may be good because nobody planned for it yet: so hypotheses are sought once more,
+as long as after the first run, before anything is claimed. And a cost that has no name is in no
+hypothesis at all. So an audit follows, which needs no such faith:
 `irl.posterior.audit`. It decides whether the learner may say that it knows how things are liked. If
 it contradicts, the learner goes on asking, and another audit follows.
 """

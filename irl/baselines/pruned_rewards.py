@@ -1,11 +1,12 @@
-"""Fewer rewards than a sparse fit finds: those that lead to where demonstrations ended.
+"""Fewer rewards than a sparse fit finds, where they explain the labels as well.
 
-A handful of labels is explained as well by a reward on the way as by the goal alone, and a wrong
-label by a reward of its own. Where runs are known to have ended, rewards there say all that rewards
-of states can say safely: the plan leads to where the demonstrator went. Where nobody says so, the
-rewards above half the largest are kept, if that tells the demonstrations in fewer words: to name a
-state with a reward takes log n_states, to name the action of a label that the plan does not explain
-log n_actions.
+A handful of labels is explained as well by a reward on the way as by the goal alone. Where runs are
+known to have ended, rewards there say all that rewards of states can say safely: the plan leads to
+where the demonstrator went. Where nobody says so, the rewards above half the largest are tried.
+
+Whether they are enough the labels tell, and nobody else is asked: the plan for the few must make as
+many demonstrated actions the best of their states as the plan for all. Who goes out of the way of
+something that costs, or wants to be in two places, is not explained by fewer, and all are kept.
 """
 
 import numpy as np
@@ -31,29 +32,25 @@ def pruned(
 
     Returns:
         R ``[n_states]``: the largest reward wherever runs ended; or the large ones alone; or all
-        as it was, if it pays nothing or fewer rewards take more words.
+        as it was, if it pays nothing or fewer explain fewer labels.
     """
     most = reward.max(initial=0.0)
     if most <= 0:
         return reward
+    few = np.where(reward > _LARGE * most, reward, 0.0)
     if shown.ends.size:
         few = np.zeros_like(reward)
         few[shown.ends[:, 2]] = most
-        return few
-    few = np.where(reward > _LARGE * most, reward, 0.0)
-    words = (_words(model, shown, each, gamma) for each in (few, reward))
-    return few if next(words) <= next(words) else reward
+    same = _explained(model, shown, few, gamma) >= _explained(model, shown, reward, gamma)
+    return few if same else reward
 
 
-def _words(
+def _explained(
     model: TransitionModel, shown: Demonstrations, reward: np.ndarray, gamma: float
-) -> float:
-    """Length of the shortest account of labels by a reward, in nats."""
+) -> int:
+    """How many labels are a best action of their state."""
     _, q = value_iteration(model, reward, gamma)
     said = shown.counted
     own = q[said.state, said.action]
     scale = np.abs(q[np.isfinite(q)]).max(initial=0.0)
-    unexplained = said.count @ (own < q[said.state].max(axis=1) - _EQUAL * scale)
-    return float(
-        np.count_nonzero(reward) * np.log(model.n_states) + unexplained * np.log(model.n_actions)
-    )
+    return int(said.count @ (own >= q[said.state].max(axis=1) - _EQUAL * scale))

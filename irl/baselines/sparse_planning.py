@@ -24,7 +24,6 @@ from irl.baselines.planned_likelihood import PlannedLikelihood
 from irl.baselines.pruned_rewards import pruned
 from irl.choices import Limits
 from irl.demonstrations import Demonstrations
-from irl.errors import InputError
 from irl.likelihood import LikelihoodProblem
 from irl.mdp import TransitionModel
 
@@ -41,9 +40,10 @@ class SparseConfig(AscentConfig):
     sparsity: Annotated[float, Limits(0, 1)] = 0.05
     """Price of Σ |ω| as a share of the price above which ω = 0 would be best, from 0, which is
     free, to 1. Flawless demonstrations have no likeliest ω without a price."""
-    prune: bool = False
+    prune: bool = True
     """Whether only rewards are kept that lead to where runs ended, or, if nobody says where, the
-    large ones: `irl.baselines.pruned_rewards`. For few labels, or wrong ones; not with features."""
+    large ones, if these explain as many labels (`irl.baselines.pruned_rewards`). With features
+    none are left out."""
 
 
 def sparse_planning(
@@ -75,8 +75,6 @@ def sparse_planning(
             or the features are not finite or have a wrong shape.
     """
     config = config or SparseConfig()
-    if config.prune and features is not None:
-        raise InputError("is for a reward of its own per state; give no features", place="prune")
     phi, of_pairs = reward_features(model, features)
     planner = Planner(model, gamma, SoftMax(), tolerance=_TOLERANCE, of_pairs=of_pairs)
     likelihood = PlannedLikelihood.over(
@@ -87,7 +85,7 @@ def sparse_planning(
         return likelihood.in_weights(phi, weights)
 
     answer, _ = sparse_ascend(objective, np.zeros(phi.shape[1]), config.sparsity, config, callback)
-    if config.prune:
+    if config.prune and features is None:
         few = pruned(model, demonstrations, answer.x, gamma)
         return few, few
     return phi @ answer.x, answer.x

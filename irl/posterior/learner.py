@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from irl.baselines.sparse_planning import sparse_planning
+from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.choices import Limits, Settings
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -112,7 +112,8 @@ class GoalLearner:
         ends, rewarded = states[np.argsort(-count, kind="stable")], np.zeros(0, dtype=np.int64)
         if not ends.size:
             ends = walk_ends(model, walks(shown))
-            reward, _ = sparse_planning(model, shown, gamma=self.problem.gamma)
+            every = SparseConfig(prune=False)
+            reward, _ = sparse_planning(model, shown, gamma=self.problem.gamma, config=every)
             order = np.argsort(-reward, kind="stable")[:_MOST_REWARDED]
             rewarded = order[reward[order] > _PAYS * max(reward.max(), 0.0)]
         goals = propose(ends[:_MOST_ENDS], rewarded, self.problem.factors, model.n_states)

@@ -226,6 +226,8 @@ def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[
         of_student = setting.judged(reward, student.q, learner.shown)
         rows.append({"method": name, "answers": setting.questions} | of_student)
     else:
-        learnt = learn(name, setting.problem, shown, rng=rng)
+        # Whatever was learnt, as it was learnt: pruning would hide what a reward cannot say.
+        options = {"prune": False} if name == "planning" else {}
+        learnt = learn(name, setting.problem, shown, rng=rng, **options)
         rows.append({"method": name, "answers": 0} | setting.judged(reward, learnt.q, shown))
     return [{**reward.told, "label_noise": noise, **row} for row in rows]

@@ -1,7 +1,7 @@
 """``planning``: what the planning learner makes of one trajectory, and of labels often wrong.
 
-About the reward of `demo`, which it is told nothing of but the runs: as it is, and pruned
-(`irl.baselines.pruned_rewards`).
+About the reward of `demo`, which it is told nothing of but the runs: as it was learnt, and pruned
+where that explains as many labels, which is the method's default (`irl.baselines.pruned_rewards`).
 """
 
 import time
@@ -18,7 +18,7 @@ from experiments.kit.kept_rows import KeptRows
 from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.baselines.pruned_rewards import pruned
-from irl.baselines.sparse_planning import sparse_planning
+from irl.baselines.sparse_planning import SparseConfig, sparse_planning
 from irl.choices import Limits, Settings
 from irl.collection import runs_from
 from irl.demonstrations import Demonstrations
@@ -95,7 +95,8 @@ def learnt_from(
     shown = Demonstrations.concatenate(runs)
     sure = replace(oracle, label_noise=0.0)
     began = time.process_time()
-    reward, _ = sparse_planning(task.model, shown, gamma=task.gamma)
+    every = SparseConfig(prune=False)
+    reward, _ = sparse_planning(task.model, shown, gamma=task.gamma, config=every)
     took = time.process_time() - began
     found = {"as learnt": reward, "pruned": pruned(task.model, shown, reward, task.gamma)}
     rows = []

@@ -5,6 +5,7 @@ import pytest
 
 from irl.baselines.pruned_rewards import pruned
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
+from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.planning import value_iteration
 
@@ -33,7 +34,10 @@ def test_the_dearer_the_fewer(grid, optimal_walks):
     used = [
         np.count_nonzero(
             sparse_planning(
-                grid.model, optimal_walks, gamma=0.9, config=SparseConfig(sparsity=share)
+                grid.model,
+                optimal_walks,
+                gamma=0.9,
+                config=SparseConfig(sparsity=share, prune=False),
             )[0]
         )
         for share in (0.01, 0.3, 1.0)
@@ -56,7 +60,7 @@ def test_pruned_it_pays_where_runs_ended_and_nowhere_else(grid, optimal_walks):
 
 
 @pytest.mark.parametrize("grid", [15], indirect=True)
-def test_where_no_end_is_known_rewards_are_dropped_only_if_labels_are_told_shorter(
+def test_where_no_end_is_known_rewards_are_dropped_only_if_as_many_labels_are_explained(
     grid, optimal_walks
 ):
     walk, goal = longest(optimal_walks), grid.goal_state
@@ -75,15 +79,32 @@ def test_where_no_end_is_known_rewards_are_dropped_only_if_labels_are_told_short
     np.testing.assert_array_equal(pruned(grid.model, walk, -goals, 0.9), -goals)
 
 
-def test_pruning_is_not_for_features(grid, optimal_walks):
-    with pytest.raises(InputError, match="prune"):
+@pytest.mark.parametrize("grid", [5], indirect=True)
+def test_who_goes_out_of_the_way_is_not_explained_by_the_end_alone(grid):
+    """From the corner to the next one, round three cells in between."""
+    goal, start = grid.goal_state, 0
+    detour = np.zeros(grid.n_states)
+    detour[goal], detour[[1, 5, 6]] = 1.0, -1.0
+    _, q = value_iteration(grid.model, detour, 0.9)
+    straight = np.where(np.arange(grid.n_states) == goal, 1.0, 0.0)
+    _, plain = value_iteration(grid.model, straight, 0.9)
+    differs = q.argmax(axis=1) != plain.argmax(axis=1)
+    states = [s for s in np.flatnonzero(differs) if s != goal] + [start]
+    walk = Demonstrations.from_pairs([(int(s), int(q[s].argmax())) for s in states], 0, end=goal)
+    np.testing.assert_array_equal(pruned(grid.model, walk, detour, 0.9), detour)
+    easy = Demonstrations.from_pairs([(int(s), int(plain[s].argmax())) for s in (23, 19)], end=goal)
+    assert np.flatnonzero(pruned(grid.model, easy, detour, 0.9)).tolist() == [goal]
+
+
+def test_with_features_nothing_is_pruned(grid, optimal_walks):
+    phi = np.eye(grid.n_states)
+    kept, left = (
         sparse_planning(
-            grid.model,
-            optimal_walks,
-            np.eye(grid.n_states),
-            gamma=0.9,
-            config=SparseConfig(prune=True),
-        )
+            grid.model, optimal_walks, phi, gamma=0.9, config=SparseConfig(prune=prune)
+        )[0]
+        for prune in (True, False)
+    )
+    np.testing.assert_array_equal(kept, left)
 
 
 def test_a_price_above_all_rewards_is_refused():

@@ -157,7 +157,8 @@ class _Page:
     ) -> None:
         self._subject, self._lesson, self._config = subject, lesson, config
         self._prepare = prepare
-        self._is_robot = subject.world.model.n_actions == N_ACTIONS
+        model = subject.world.model
+        self._is_robot = model.n_actions == N_ACTIONS
         self.desk: Desk | None = None
         self.room: Room | None = None
         self._proxy: MeshcatProxy | None = None
@@ -166,6 +167,9 @@ class _Page:
             self._meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
             _furnish(self._meshcat)
             self._proxy = MeshcatProxy(self._meshcat.web_url())
+            self._view = StateView(self._meshcat, load_planner(), self._outcomes)
+            # Whoever comes first does not wait until the planner is compiled.
+            self._view.preview(*(int(each[0]) for each in (model.pair_state, model.pair_action)))
 
     def add_to(self, app: FastAPI) -> None:
         """Add the page, and the view under its address."""
@@ -223,15 +227,15 @@ class _Page:
             grid = GridMotions(world, self._changed)
             grid.look_at(desk)
             return grid, None
-        model = world.model
-
-        def outcomes(state: int, action: int) -> list[tuple[int, float]]:
-            row = model.P[[int(model.pair_index(state, action))]]
-            order = (-row.data).argsort(kind="stable")
-            return [(int(row.indices[i]), float(row.data[i])) for i in order]
-
-        robot = RobotMotions(StateView(self._meshcat, load_planner(), outcomes), world)
+        robot = RobotMotions(self._view, world)
         return robot, Playing(desk, robot, self._changed)
+
+    def _outcomes(self, state: int, action: int) -> list[tuple[int, float]]:
+        """What may come of an action, the likeliest first."""
+        model = self._subject.world.model
+        row = model.P[[int(model.pair_index(state, action))]]
+        order = (-row.data).argsort(kind="stable")
+        return [(int(row.indices[i]), float(row.data[i])) for i in order]
 
     def _window(self) -> None:
         """One window: it looks on until it is gone for good."""

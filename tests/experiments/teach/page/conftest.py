@@ -175,12 +175,14 @@ class Window:
         self.page.wait_for_function(condition, arg=list(given))
 
     def wait_until_asked(self):
-        self.wait_for("() => document.querySelector('[data-phase]').dataset.phase === 'asking'")
+        self.wait_for("() => document.querySelector('[data-phase]')?.dataset.phase === 'asking'")
 
     def wait_for_another(self, token):
         """Wait for another question than the one of ``token``."""
         self.wait_for(
-            "([t]) => document.querySelector('[data-teach=question]').dataset.token !== t", token
+            "([t]) => ![t, undefined].includes("  # a page that loads anew has none for a while
+            "document.querySelector('[data-teach=question]')?.dataset.token)",
+            token,
         )
 
     def choose(self, action):

@@ -227,7 +227,7 @@ def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[
         rows.append({"method": name, "answers": setting.questions} | of_student)
     else:
         # Whatever was learnt, as it was learnt: pruning would hide what a reward cannot say.
-        options = {"prune": False} if name == "planning" else {}
+        options: dict[str, Any] = {"prune": False} if name == "planning" else {}
         learnt = learn(name, setting.problem, shown, rng=rng, **options)
         rows.append({"method": name, "answers": 0} | setting.judged(reward, learnt.q, shown))
     return [{**reward.told, "label_noise": noise, **row} for row in rows]

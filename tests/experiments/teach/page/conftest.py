@@ -41,7 +41,7 @@ class Teaching:
                 stderr=log,
                 env=os.environ | {"OMP_NUM_THREADS": "1"},
             )
-        for _ in range(1200):
+        for _ in range(6000):  # whoever compiles first takes minutes on a busy machine
             told = self.log[before:]
             if (found := re.search(r"teach at (http://\S+:(\d+)/\S*)  ", told)) is not None:
                 self.printed, self.port = found[1], int(found[2])

@@ -1,9 +1,10 @@
 """How contact is simulated wherever the gripper meets the cube.
 
-Hydroelastic patches (pads and cube compliant, table rigid), Drake's lagged approximation,
+Hydroelastic patches (the cube compliant, pads and table rigid), Drake's lagged approximation,
 2 ms, Hunt–Crossley dissipation 20 s/m in the model files. Under these, grasps of 0.05 to 1 kg
 hold without slip and releases are quiet; point contact slips, and the SAP approximation kicks
-the cube as the fingers open.
+the cube as the fingers open. What is rigid meets the pads in points: let what is grasped be
+compliant.
 """
 
 from typing import Any, Literal

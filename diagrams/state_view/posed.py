@@ -144,8 +144,9 @@ class StateView:
             asked, parts.position, parts.gripper, start.q, start.width, start.X_WO
         )
         outcomes = tuple(self._outcomes(state, action))
-        likeliest = outcomes[0][0] if outcomes else LOST
-        end = None if likeliest == LOST else cube_pose(likeliest)
+        # Where a lost cube lies no state says: it is shown where else it may come to lie.
+        places = [cube_pose(after) for after, _ in outcomes if after != LOST]
+        end = places[0] if places else None
         postures = tuple(self._follow(start, plan, asked.kind, end))
         return Preview(state, action, outcomes, postures)
 

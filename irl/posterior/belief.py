@@ -21,7 +21,7 @@ SIZES = np.array([0.0, *(0.01 * 2 ** (np.arange(13) / 2))])
 up to 4 % of the choices wrong."""
 BATCH = 64
 """Hypotheses planned for together."""
-_FREE = 0.5  # share of costs that do not matter, where combinations are drawn
+_FREE = 0.5  # prior probability that a cost does not matter
 _FLATTER = 0.3  # power of the posterior that neighbours are sought by, for half of them
 _AT_ONCE = 2**23  # action values weighed together: 64 MiB
 _KEPT = 64  # hypotheses that predictions are made with, at most
@@ -132,15 +132,11 @@ class Belief:
 
     @property
     def _joint(self) -> np.ndarray:
-        """Logarithm of prior times likelihood, ``[n, betas, epsilons]``.
-
-        A cost matters or does not, evenly, and so do several by themselves. Of the sizes of those
-        that matter not all are planned for: those that are share the prior of all. Else few costs
-        would seem likelier than many for no other reason than that all their sizes were tried.
-        """
-        kind = np.column_stack([self.goal, self.level > 0])
-        _, which, tried = np.unique(kind, axis=0, return_inverse=True, return_counts=True)
-        return self.log_likelihood - np.log(tried[which.reshape(-1)])[:, None, None]
+        """Logarithm of prior times likelihood, ``[n, betas, epsilons]``."""
+        costs = np.where(
+            self.level == 0, np.log(_FREE), np.log1p(-_FREE) - np.log(SIZES.size - 1)
+        ).sum(axis=1)
+        return self.log_likelihood + costs[:, None, None]
 
     @property
     def weight(self) -> np.ndarray:

@@ -2,7 +2,9 @@
 
 First its own predictions must be good enough at two checks in a row, success of 0.99 and accuracy
 of 0.95, while runs end where the learner's plans do. Predictions hold if the truth is among the
-hypotheses, and a cost that has no name is not. So an audit follows, which needs no such faith:
+hypotheses. They may be good because nobody planned for it yet: so hypotheses are sought once more,
+as long as after the first run, before anything is claimed. And a cost that has no name is in no
+hypothesis at all. So an audit follows, which needs no such faith:
 `irl.posterior.audit`. It decides whether the learner may say that it knows how things are liked. If
 it contradicts, the learner goes on asking, and another audit follows.
 """
@@ -35,6 +37,9 @@ class EnoughRule:
     def __call__(self, learner: GoalLearner) -> bool:
         """Check once, after an answer; True when it is enough."""
         self.passed = self.passed + 1 if confident(learner) else 0
+        if self.passed == _IN_A_ROW:
+            learner.learn(learner.shown)
+            self.passed *= confident(learner)
         return claim(learner) == LEARNT
 
     def question(self, learner: GoalLearner) -> int:

@@ -155,7 +155,7 @@ def test_what_drake_cannot_simulate_is_a_fault_and_what_we_get_wrong_is_not(run,
     failed = run.play(FAR.index, np.random.default_rng(0))
     assert not failed.success
     assert "non-finite" in failed.reason and "\n" not in failed.reason
-    assert failed.fault.startswith(failed.reason) and "AdvanceTo" in failed.fault
+    assert failed.fault.startswith(failed.reason) and "advance_to" in failed.fault
 
     monkeypatch.undo()
     mistaken = {}

@@ -139,7 +139,7 @@ def test_a_cube_that_is_pulled_out_of_the_hand_ends_the_action_where_that_is_wat
     assert rig.measured("task.state")[0] >= N_FREE
     rig.ask(1, Action(Kind.TRANSLATE, 17).index)
     rig.run(0.3)
-    rig.force(np.array([0.0, 0.0, -150.0]))
+    rig.force(np.array([0.0, 0.0, -100.0]))
     rig.run(0.1)
     rig.force(np.zeros(3))
     ended = rig.run_until_finished()

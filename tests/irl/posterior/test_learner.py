@@ -156,20 +156,3 @@ def test_every_size_in_the_range_is_within_a_fifth_of_one_that_is_tried():
     true = np.geomspace(0.01, 0.64, 500)
     nearest = np.abs(np.log(true[:, None] / SIZES[1:])).min(axis=1)
     assert nearest.max() < np.log(1.2)
-
-
-def test_how_many_sizes_were_tried_makes_a_cost_no_likelier():
-    """Nothing was shown but where a run ended: with mud or without is a toss-up, for each goal."""
-    problem, _ = room([0], 0.0)
-    learner = GoalLearner(problem, rng=np.random.default_rng(0), config=GoalConfig(rounds=1))
-    learner.learn(Demonstrations.from_pairs([], end=0))
-    belief, weight = learner.belief, learner.belief.weight
-    some = 0
-    for goal in range(len(belief.goals)):
-        own = belief.goal == goal
-        minds = own & (belief.level > 0).any(axis=1)
-        if minds.any():
-            some += 1
-            np.testing.assert_allclose(weight[minds].sum(), weight[own & ~minds].sum())
-    tried = np.bincount(belief.goal)
-    assert some and min(tried) < SIZES.size

@@ -173,6 +173,11 @@ class Told:
         self.predicted = Predicted(success, accuracy)
         self.ends_agree, self.mistaken = ends, mistaken
         self.audit = Audit(0 if confirmed else FIRST)
+        self.shown, self.sought = None, 0
+
+    def learn(self, shown):
+        """Nothing is found."""
+        self.sought += 1
 
 
 def test_what_a_learner_may_claim():
@@ -190,7 +195,19 @@ def test_an_audit_begins_when_predictions_are_good_twice_in_a_row():
         learner.question, learner.audit_question = lambda: "telling", lambda: "by chance"
         asks.append(rule.question(learner))
     assert asks == ["telling"] * 3 + ["by chance"]
+    assert learner.sought == 1
     assert rule(Told(confirmed=True))
+
+
+def test_what_is_found_before_an_audit_puts_it_off():
+    class Finds(Told):
+        def learn(self, shown):
+            self.predicted = Predicted(1.0, 0.9)
+
+    rule = EnoughRule()
+    learner = Finds()
+    assert [rule(learner), rule(learner)] == [False, False]
+    assert not rule.audits(learner)
 
 
 def test_who_is_asked_lets_pass_what_is_as_good_and_corrects_the_rest():

@@ -39,6 +39,7 @@ ARRIVES = 0.5
 FIRST = 8
 """So many first actions, the best, are played ahead before all others: the answer is mostly there.
 """
+_OF_THE_TARGET = (ActionFailure.NO_ROOM, ActionFailure.OUT_OF_REACH)
 DOUBTED = 2
 """An action that was taken so often in a state did not do there what was forecast."""
 
@@ -253,7 +254,8 @@ def _failed(state: int, steps: Sequence[Step]) -> set[int]:
 def _blocked(state: int, steps: Sequence[Step]) -> np.ndarray:
     """In which cells actions cannot be carried out as the cube is in the hand, as was found.
 
-    It is the pose in the hand that there is no room for, whatever hand it was to be turned from.
+    Where the hand would end is out of reach or has no room, wherever it came from; whether there is
+    a path depends on that.
     """
     blocked = np.zeros((len(POSITIONS), N_ACTIONS), dtype=bool)
     if state < N_FREE:
@@ -261,7 +263,7 @@ def _blocked(state: int, steps: Sequence[Step]) -> np.ndarray:
     for step in reversed(steps):
         if step.state < N_FREE:
             break
-        if step.stood:
+        if step.failure in _OF_THE_TARGET:
             blocked[decode_states(step.state).position, step.action] = True
     return blocked
 

@@ -243,6 +243,9 @@ def test_what_there_was_no_room_for_is_not_asked_for_by_another_hand():
     assert decide.choose(hanging, ()) == Choice(turn, By.POLICY)
     failed = step(one, turn, ActionFailure.NO_ROOM)
     assert decide.choose(hanging, [failed]) == Choice(back, By.UNTRIED)
+    # A path from here there may be all the same.
+    no_path = step(one, turn, ActionFailure.NO_PATH)
+    assert decide.choose(hanging, [no_path]) == Choice(turn, By.POLICY)
     # Once it was let go it is in the hand in another way.
     free = step(State(2, 0).index, Action(Kind.GRASP, 10).index)
     assert decide.choose(hanging, [failed, free]) == Choice(turn, By.POLICY)

@@ -1,7 +1,7 @@
 """How contact is simulated wherever the gripper meets the cube.
 
 Hydroelastic patches (the cube compliant, pads and table rigid), Drake's lagged approximation,
-2 ms, Hunt–Crossley dissipation 20 s/m in the model files. Under these, grasps of 0.05 to 1 kg
+Hunt–Crossley dissipation 20 s/m in the model files. Under these, grasps of 0.05 to 1 kg
 hold without slip and releases are quiet; point contact slips, and the SAP approximation kicks
 the cube as the fingers open. What is rigid meets the pads in points: let what is grasped be
 compliant.
@@ -29,7 +29,7 @@ Solver = Literal["discrete", "cenic"]
 """What can simulate contact: steps that are all equal, or Drake's CENIC, an integrator that
 controls its error by the length of its steps."""
 TIME_STEP = 0.002
-"""Discrete step [s]."""
+"""Discrete step of a gripper without its arm [s]."""
 RESTITUTIONS = (0.05, 0.98)
 """Coefficients of restitution that dissipation can give."""
 RESTITUTION = 0.5

@@ -92,7 +92,7 @@ class _KnuckleCommand(LeafSystem):
 
         def calc(context: Context, output: BasicVector) -> None:
             place = f"gripper.position_command at {context.get_time():.3f} s"
-            width = finite_number(opening.Eval(context)[0], place, valid="metres")
+            width = finite_number(float(opening.Eval(context)[0]), place, valid="metres")
             output[0] = _knuckle_angle(width)
 
         self.DeclareVectorOutputPort("knuckle", 1, calc, {opening.ticket()})

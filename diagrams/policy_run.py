@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
+from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from diagrams.action_executor import ActionExecutor
@@ -221,14 +221,6 @@ class PolicyRun:
         root = simulator.get_mutable_context()
         self._initialize(root, start_pose(start, rng, disturbance), draws)
         controller_context = self.controller.GetMyContextFromRoot(root)
-
-        def monitor(context: Context) -> EventStatus:
-            del context
-            if self.controller.episode(controller_context).verdict == Verdict.RUNNING:
-                return EventStatus.DidNothing()
-            return EventStatus.ReachedTermination(self.controller, "episode over")
-
-        simulator.set_monitor(monitor)
         if self._meshcat is not None:
             simulator.set_target_realtime_rate(1.0)
         simulation = StationSimulator(simulator, self.station.plant, self._falls)
@@ -256,7 +248,6 @@ class PolicyRun:
             episode = self.controller.episode(controller_context)
             if episode.verdict == Verdict.RUNNING:
                 episode = replace(episode, verdict=Verdict.OUT_OF_TIME)
-            simulator.clear_monitor()
             lies_in = self._watch_lying(simulation, plant_context)
         except SimulatorFault as error:
             fault, lies_in = error.text, LOST

@@ -11,8 +11,14 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSyst
 from pydrake.systems.primitives import Demultiplexer
 
 from diagrams.arm_controller import ArmController, prepare_arm
-from diagrams.contact import TIME_STEP, use_grasp_contact
-from diagrams.gripper_controller import GRIP_FORCE, GripperController, prepare_gripper
+from diagrams.contact import use_grasp_contact
+from diagrams.gripper_controller import (
+    FINGER_INERTIA,
+    GRIP_FORCE,
+    GripperController,
+    add_finger_inertia,
+    prepare_gripper,
+)
 from diagrams.hand_mount import HandMount
 from diagrams.state_identifier import StateIdentifier
 from models.arrays import finite_number, finite_vector
@@ -21,6 +27,11 @@ from models.scenes.inputs import finite_pose
 from models.scenes.parsing import ARM, CUBE, GRIPPER
 from models.scenes.planning_scene import HOME
 
+TIME_STEP = 0.0025
+"""Of the plant and its controllers where nothing else is said [s].
+
+What is carried stays where it is at any step up to this, for the hand is a body of its own
+(`HandMount`); what falls needs far shorter ones and has them (`diagrams.falls`)."""
 FRAME = 1.0 / 24.0
 """Between two pictures of a visualizer [s]."""
 
@@ -173,6 +184,7 @@ class Station(Diagram):
         width = finite_number(width, "width", valid="metres")
         context = self.plant.GetMyMutableContextFromRoot(root)
         hand = self.plant.GetModelInstanceByName(GRIPPER)
+        add_finger_inertia(self.plant, context, hand, FINGER_INERTIA)
         self.plant.SetPositions(context, self.plant.GetModelInstanceByName(ARM), q)
         self.mount.place(context)
         angles = gripper.joint_positions(float(gripper.knuckle_angle(width)))

@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
-from diagrams.contact import TIME_STEP, set_cube_mass, set_friction
+from diagrams.contact import set_cube_mass, set_friction
 from diagrams.scenarios.draws import Draws
 from diagrams.scenarios.memory import Done
 from diagrams.scenarios.pose_noise import PoseNoise
@@ -18,7 +18,7 @@ from diagrams.scenarios.scene_changes import SECOND, change_scene
 from diagrams.scenarios.schema import Scenario
 from diagrams.scenarios.unseen_hand import UnseenHand
 from diagrams.state_identifier import StateIdentifier
-from diagrams.station import Station
+from diagrams.station import TIME_STEP, Station
 from models.scenes import gripper
 from models.scenes.planning_scene import HOME
 

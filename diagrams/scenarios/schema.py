@@ -141,7 +141,7 @@ _RANGES: dict[str, tuple[float, float]] = {
     "base.turn": (0.0, 10.0),
     "noise.turn": (0.0, 45.0),
     "noise.position": (0.0, 0.1),
-    "noise.period": (0.002, 10.0),
+    "noise.period": (0.0025, 10.0),
     "base.offset": (0.0, 0.05),
     "distractor.distance": (0.06, 0.3),
     "wait": (0.0, 60.0),

@@ -60,7 +60,7 @@ class ArmRig:
 
         Args:
             planner: plans the actions.
-            config: of the trials it is for: its time step, and whether cubes fall by CENIC.
+            config: of the trials it is for, which says whether cubes fall by CENIC.
         """
         builder = DiagramBuilder()
         self.planner = planner
@@ -69,7 +69,7 @@ class ArmRig:
             if config.solver == "cenic"
             else None
         )
-        self.station = builder.AddNamedSystem("station", Station(time_step=config.time_step))
+        self.station = builder.AddNamedSystem("station", Station())
         self.executor = builder.AddNamedSystem("action_executor", ActionExecutor(planner))
         for name in ("task.state", "object.pose"):
             builder.Connect(self.station.GetOutputPort(name), self.executor.GetInputPort(name))

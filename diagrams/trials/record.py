@@ -44,7 +44,7 @@ class TrialConfig:
     steps are all equal. With CENIC alone a cube that is let go lands blow by blow. Whatever the
     whole arm does besides is simulated by the discrete solver."""
     time_step: float = TIME_STEP
-    """The time step of the discrete solver, and of the whole arm [s]."""
+    """The time step of the discrete solver [s]; the whole arm has its own."""
     accuracy: float = 2e-4
     """The accuracy of CENIC while the hand closes, holds and carries."""
     turning_accuracy: float = 1e-4

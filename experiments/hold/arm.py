@@ -15,7 +15,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from diagrams.contact import set_cube_mass, set_friction
 from diagrams.faults import simulating
-from diagrams.station import FRAME, Station
+from diagrams.station import FRAME, TIME_STEP, Station
 from experiments.hold.cases import Case
 from experiments.hold.held import SETTLE
 from experiments.hold.rig import Load, hold, looks
@@ -103,13 +103,17 @@ def joint_way(motion: Motion, begins: float) -> PiecewisePolynomial:
 
 
 def compare(case: Case, time_step: float) -> dict[str, Any]:
-    """A swing by the whole arm, with a time step and with half of it, beside the hand on slides.
+    """A swing by the whole arm, with its step and with half of it, beside the hand on slides.
 
     Displacements are of the cube's centre in the hand, once the swing is over.
+
+    Args:
+        case: which swing, and of what.
+        time_step: of the hand on slides [s].
     """
     motion, load = case.motion, case.load
     alone = hold(motion, load, time_step)
-    steps = (time_step, time_step / 2)
+    steps = (TIME_STEP, TIME_STEP / 2)
     found = [SwingingArm(load.force, step).swing(motion, load) for step in steps]
     off, halved = (1e3 * way[-1] for way, _ in found)
     return {
@@ -132,7 +136,7 @@ def record(cases: Sequence[Case], path: Path, progress: Callable[[], object]) ->
     logging.getLogger("drake").setLevel(logging.WARNING)  # the server's address is of no use here
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     meshcat.SetCameraPose([1.6, -1.5, 1.4], [0.5, 0.0, 0.75])
-    arm = SwingingArm(cases[0].load.force, 0.002, meshcat)
+    arm = SwingingArm(cases[0].load.force, TIME_STEP, meshcat)
     meshcat.StartRecording(
         frames_per_second=round(1.0 / FRAME), set_visualizations_while_recording=False
     )

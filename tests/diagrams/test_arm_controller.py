@@ -6,7 +6,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from diagrams.arm_controller import JOINTS, control_model
-from diagrams.station import Station
+from diagrams.station import TIME_STEP, Station
 from models.errors import ModelError
 from models.scenes.parsing import ARM, GRIPPER
 from models.scenes.planning_scene import HOME
@@ -119,7 +119,8 @@ def test_a_radian_away_the_arm_gets_there_within_its_limits(station, joint):
     assert fastest[joint] > 0.95 * SPEED[joint]
     assert passed < 2e-3
     assert measured(station, root, "position_measured") == pytest.approx(there, abs=1e-3)
-    assert 400 < measured(station, root, "limited_samples")[0] < 650
+    limited = measured(station, root, "limited_samples")[0] * TIME_STEP
+    assert 0.8 < limited < 1.3
 
 
 def test_another_winding_of_a_joint_moves_nothing(station):
@@ -141,7 +142,7 @@ def test_wild_commands_move_the_arm_within_its_speed(station):
         for _ in range(rng.integers(5, 25)):
             simulator.AdvanceTo(root.get_time() + 0.004)
             fastest = np.maximum(fastest, np.abs(measured(station, root, "velocity_measured")))
-    assert (fastest <= 1.001 * SPEED).all()
+    assert (fastest <= 1.005 * SPEED).all()
     assert (fastest > 0.3).any()
 
 

@@ -82,7 +82,7 @@ def test_a_cube_lies_where_it_is_flat_and_at_rest_on_the_grid(X_WO, X_before, li
 
 def test_a_cube_that_the_solver_lets_tremble_is_at_rest():
     """As an episode left one: it rocks by 0.05° about its diagonal, and that does not die away."""
-    station = Station()
+    station = Station(time_step=0.002)
     simulator = Simulator(station)
     root = simulator.get_mutable_context()
     tremble = RotationMatrix(Quaternion(0.999999793, 4.541e-4, -4.540e-4, 8.12e-5))

@@ -112,7 +112,7 @@ def test_a_monitor_ends_it(station, scene):
         )
     )
     simulation.advance_to(1.0)
-    assert simulation.time == pytest.approx(0.014)
+    assert simulation.time == pytest.approx(0.015)
     assert pose(station, simulator).translation()[2] < 0.57
 
 

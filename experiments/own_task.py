@@ -189,7 +189,8 @@ def carried_over(learnt: Learnt, action: np.ndarray, task: TaskData) -> np.ndarr
     """
     if learnt.reward is None:
         return action
-    _, q = value_iteration(task.model, learnt.reward, task.gamma)
+    doubt = learnt.caution * task.model.surprise
+    _, q = value_iteration(task.model, learnt.reward, task.gamma, pair_reward=-doubt)
     return Policy.from_q(q, task.model.mask).action
 
 

@@ -14,11 +14,16 @@ from irl.files import atomic_path
 from irl.tensor_file import digest, from_bytes, to_bytes
 
 SCHEMA_VERSION = "1"
+"""Of most kinds; see `write_arrays`."""
 _OWN = ("kind", "schema_version", "task_hash", "digest")
 
 
 def write_arrays(
-    path: Path, kind: str, arrays: Mapping[str, np.ndarray], told: Mapping[str, str]
+    path: Path,
+    kind: str,
+    arrays: Mapping[str, np.ndarray],
+    told: Mapping[str, str],
+    version: str = SCHEMA_VERSION,
 ) -> None:
     """Write arrays, whole or not at all; equal content gives equal bytes.
 
@@ -27,18 +32,23 @@ def write_arrays(
         kind: what they are.
         arrays: by name.
         told: metadata by name, ``task_hash`` among them.
+        version: of the kind's schema.
 
     Raises:
         OSError: if the file cannot be written.
     """
-    metadata = {**told, "kind": kind, "schema_version": SCHEMA_VERSION}
+    metadata = {**told, "kind": kind, "schema_version": version}
     metadata["digest"] = digest(arrays, metadata)
     with atomic_path(path) as temporary:
         temporary.write_bytes(to_bytes(arrays, metadata))
 
 
 def read_arrays(
-    path: Path, kind: str, told: tuple[str, ...], task_hash: str | None
+    path: Path,
+    kind: str,
+    told: tuple[str, ...],
+    task_hash: str | None,
+    versions: tuple[str, ...] = (SCHEMA_VERSION,),
 ) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Read what ``write_arrays`` wrote.
 
@@ -47,6 +57,7 @@ def read_arrays(
         kind: what it must hold.
         told: names that the metadata must have.
         task_hash: hash of the task data it must belong to; any if None.
+        versions: of the kind's schema that can be read.
 
     Returns:
         Arrays and metadata by name.
@@ -62,10 +73,10 @@ def read_arrays(
         arrays, metadata = from_bytes(path.read_bytes())
     except (InputError, OSError) as error:
         raise InputError(f"not a readable {kind} ({error})", place=str(path)) from error
-    for name, wanted in (("kind", kind), ("schema_version", SCHEMA_VERSION)):
-        if metadata.get(name) != wanted:
+    for name, wanted in (("kind", (kind,)), ("schema_version", versions)):
+        if metadata.get(name) not in wanted:
             raise InputError(
-                f"field '{name}' is {metadata.get(name)!r:.40}", place=str(path), valid=[wanted]
+                f"field '{name}' is {metadata.get(name)!r:.40}", place=str(path), valid=wanted
             )
     for name in (*_OWN, *told):
         if name not in metadata:

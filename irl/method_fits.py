@@ -15,6 +15,8 @@ from irl.baselines.behaviour_cloning import behaviour_cloning
 from irl.baselines.birl import R_HAT, SamplingConfig, birl
 from irl.baselines.deep_max_ent import DeepMaxEntConfig, deep_max_ent
 from irl.baselines.max_ent import max_ent
+from irl.baselines.sparse_planning import SparseConfig, sparse_planning
+from irl.caution import learn_caution
 from irl.choices import made
 from irl.method_inputs import Count, Found, Inputs, demonstrated
 from irl.posterior.learner import AGREE, GoalConfig, GoalLearner
@@ -38,6 +40,15 @@ def counted(
         return Found(reward, iterations=count.done, converged=count.done < config.max_iterations)
 
     return fit
+
+
+def planned(given: Inputs, **options: Any) -> Found:
+    """Fit by ``planning``; options as `SparseConfig`."""
+    found, problem = counted(sparse_planning, SparseConfig)(given, **options), given.problem
+    if problem.pair_features is not None:  # then the reward itself can say what is minded
+        return found
+    caution = learn_caution(problem.model, given.demonstrations, found.reward, problem.gamma)
+    return replace(found, caution=caution)
 
 
 def matched(given: Inputs, **options: Any) -> Found:

@@ -48,9 +48,9 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a method hands back: q or, if q follows from it, the reward; and as `Learnt` has it.
+    """What a method hands back: q or, if q follows from them, reward and caution.
 
-    `Learnt` is in ``irl.methods``.
+    All is as in `Learnt`, which is in ``irl.methods``.
     """
 
     reward: np.ndarray | None = None
@@ -59,6 +59,7 @@ class Found:
     converged: bool | None = None
     note: str = ""
     lower: Mapping[str, float] = field(default_factory=dict)
+    caution: float = 0.0
 
 
 @dataclass

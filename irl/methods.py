@@ -21,7 +21,7 @@ What the methods make of the same arguments:
 | lp_basis | R = Φ ω, largest margins (3.12) | where Φ has bumps |
 | birl | a reward per state, mean of its posterior | unused |
 | behaviour_cloning | no reward: a softmax of the demonstrated actions | classifier's input |
-| planning | a sparse reward per state, soft planning | unused |
+| planning | a sparse reward per state, soft planning; caution | unused |
 | goal_posterior | a posterior over goals and sizes of costs, hard planning | unused |
 
 Of features of pairs, ``[n_states, n_actions, d]``, some methods learn a reward of pairs, earned by
@@ -47,7 +47,7 @@ explain the guess. Elsewhere they value a guess first, that a run ends there (3.
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -67,7 +67,7 @@ from irl.baselines.linear_mlirl import MlirlConfig, linear_mlirl
 from irl.baselines.linear_programming import lp
 from irl.baselines.lp_advice import TrustConfig
 from irl.baselines.lp_basis import lp_basis
-from irl.baselines.sparse_planning import SparseConfig, sparse_planning
+from irl.baselines.sparse_planning import SparseConfig
 from irl.choices import check_choice
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
@@ -96,6 +96,8 @@ class Learnt:
             demonstrated actions are not the best ones under the reward found.
         lower: with no preference, the options to learn with in place of those that led to it,
             such as a lower penalty: ``learn(..., **learnt.lower)``; may be empty.
+        caution: u, the dislike of uncertain outcomes that ``planning`` learns beside a reward of
+            states (`irl.caution`), in its unit: acting earns Σ P R − u (1 − max P). 0 of others.
     """
 
     q: np.ndarray
@@ -105,6 +107,7 @@ class Learnt:
     converged: bool | None = None
     note: str = ""
     lower: Mapping[str, float] = field(default_factory=dict)
+    caution: float = 0.0
 
     @property
     def no_preference(self) -> bool:
@@ -217,11 +220,13 @@ def learn(
         note = note or f"no preference: R = 0{method.penalty and f'; {method.penalty}'}"
     if q is None:
         assert reward is not None
-        _, q = value_iteration(given.model, reward, given.gamma)
+        doubt = found.caution * given.model.surprise if found.caution else 0.0
+        _, q = value_iteration(given.model, reward, given.gamma, pair_reward=-doubt)
     if advice is not None and not method.takes_advice:
         q = advice.apply(q, given.model.mask)
     seconds = time.perf_counter() - began
-    return Learnt(q, reward, seconds, found.iterations, found.converged, note, found.lower)
+    found = replace(found, q=q, reward=reward, note=note)
+    return Learnt(seconds=seconds, **vars(found))
 
 
 def _problem(
@@ -266,7 +271,7 @@ METHODS: Mapping[str, Method] = {
         method_fits.cloned, (RidgeConfig,), method_iterations.behaviour_cloning
     ),
     "planning": Method(
-        method_fits.counted(sparse_planning, SparseConfig),
+        method_fits.planned,
         (SparseConfig,),
         planned(SoftMax()),
         penalty="lower sparsity",

@@ -23,7 +23,9 @@ if TYPE_CHECKING:  # torch, which files need not wait for
 
 Number = TypeVar("Number", int, float)
 
-_REWARD, _POLICY = "reward", "soft policy"
+_REWARD, _POLICY, _CAUTION = "reward", "soft policy", "caution"
+REWARD_VERSION = "2"
+"""Of files of rewards. In version 1 there was no caution."""
 _TOLD = ("algorithm", "seed", "task_hash")
 
 
@@ -38,6 +40,7 @@ class LearntReward:
         task_hash: hash of the task data it was learnt on; empty if on none.
         algorithm: the method's key.
         seed: the seed it was learnt with.
+        caution: u, from 0: acting earns u (1 − max P) less.
 
     Raises:
         InputError: naming the field that is none of these.
@@ -48,6 +51,7 @@ class LearntReward:
     task_hash: str = ""
     algorithm: str = ""
     seed: int = 0
+    caution: float = 0.0
 
     @classmethod
     def of(
@@ -66,7 +70,7 @@ class LearntReward:
         """
         if learnt.reward is None:
             raise InputError("this method learns no reward; keep its policy", place="reward")
-        return cls(learnt.reward, gamma, task_hash, algorithm, seed)
+        return cls(learnt.reward, gamma, task_hash, algorithm, seed, learnt.caution)
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -78,6 +82,7 @@ class LearntReward:
                 place="reward",
             )
         check_range("gamma", self.gamma, 0, 1, open_high=True)
+        check_range("caution", self.caution, 0)
         object.__setattr__(self, "reward", reward)
 
     def q(self, model: TransitionModel, terminal: np.ndarray | None = None) -> np.ndarray:
@@ -90,7 +95,8 @@ class LearntReward:
         Raises:
             InputError: if the model has another number of states or actions.
         """
-        return value_iteration(model, self.reward, self.gamma, terminal=terminal)[1]
+        doubt = self.caution * model.surprise if self.caution else 0.0
+        return value_iteration(model, self.reward, self.gamma, -doubt, terminal)[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,8 +187,9 @@ def save_reward(reward: LearntReward, path: Path) -> None:
     Raises:
         OSError: if the file cannot be written.
     """
-    told = _told(reward) | {"gamma": repr(float(reward.gamma))}
-    write_arrays(path, _REWARD, {"reward": reward.reward}, told)
+    numbers = {"gamma": reward.gamma, _CAUTION: reward.caution}
+    told = _told(reward) | {name: repr(float(value)) for name, value in numbers.items()}
+    write_arrays(path, _REWARD, {"reward": reward.reward}, told, REWARD_VERSION)
 
 
 def load_reward(path: Path, task_hash: str | None = None) -> LearntReward:
@@ -196,11 +203,15 @@ def load_reward(path: Path, task_hash: str | None = None) -> LearntReward:
         InputError: if the file is missing, damaged, of another kind or for another task; names the
             file and the field.
     """
-    arrays, told = read_arrays(path, _REWARD, (*_TOLD, "gamma"), task_hash)
+    named, versions = (*_TOLD, "gamma"), ("1", REWARD_VERSION)
+    arrays, told = read_arrays(path, _REWARD, named, task_hash, versions)
     array = _only(path, arrays, "reward")
     gamma, seed = _number(path, told, "gamma", float), _number(path, told, "seed", int)
+    if told["schema_version"] != REWARD_VERSION:
+        told[_CAUTION] = "0"
+    caution = _number(path, told, _CAUTION, float)
     try:
-        return LearntReward(array, gamma, told["task_hash"], told["algorithm"], seed)
+        return LearntReward(array, gamma, told["task_hash"], told["algorithm"], seed, caution)
     except InputError as error:
         raise InputError(str(error), place=str(path)) from None
 
@@ -247,8 +258,8 @@ def _only(path: Path, arrays: dict[str, np.ndarray], name: str) -> np.ndarray:
 
 def _number(path: Path, told: dict[str, str], name: str, kind: type[Number]) -> Number:
     try:
-        return kind(told[name])
+        return kind(told.get(name, ""))
     except ValueError:
         raise InputError(
-            f"field '{name}' must be a number, is {told[name]!r:.40}", place=str(path)
+            f"field '{name}' must be a number, is {told.get(name)!r:.40}", place=str(path)
         ) from None

@@ -78,10 +78,13 @@ def planning(result: Result) -> list[str]:
     return [
         "The method `planning` keeps, of what it learnt, the rewards where runs ended, if these",
         "explain as many labels as all do: that asks the labels alone. Such a reward is *pruned*;",
-        "*as learnt* is beside it. On this reward, which is a goal and little else, few can do",
-        "better. The demo's `one_trajectory` is learnt by `goal_posterior` all the same: it also",
-        "learns what somebody minds about actions, of which rewards of states know nothing, asks",
-        "for what it does not know, and says when it knows enough.",
+        "*as learnt* is beside it. Either goes with a *caution*, one number for how much uncertain",
+        "outcomes are minded: the mean of its posterior. From one run that is nearly the mean of",
+        "its prior, for hardly a label tells. Without it one run comes to 89.9 on these task data,",
+        "where most cubes tumble that drop from the upper layer; a demonstrator that minds none of",
+        "that is met the worse for it. This reward is a goal, caution and little else. The demo's",
+        "`one_trajectory` is learnt by `goal_posterior`: it also learns what else somebody minds",
+        "about actions, asks for what it does not know, and says when it knows enough.",
         "",
         *tabled([*head, "least", "seconds"], rows),
     ]

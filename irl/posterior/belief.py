@@ -22,6 +22,8 @@ up to 4 % of the choices wrong."""
 BATCH = 64
 """Hypotheses planned for together."""
 _FREE = 0.5  # prior probability that a cost does not matter
+LOG_PRIOR = np.where(SIZES == 0, np.log(_FREE), np.log1p(-_FREE) - np.log(SIZES.size - 1))
+"""Logarithm of the prior probability of every one of ``SIZES``."""
 _FLATTER = 0.3  # power of the posterior that neighbours are sought by, for half of them
 _AT_ONCE = 2**23  # action values weighed together: 64 MiB
 _KEPT = 64  # hypotheses that predictions are made with, at most
@@ -133,10 +135,7 @@ class Belief:
     @property
     def _joint(self) -> np.ndarray:
         """Logarithm of prior times likelihood, ``[n, betas, epsilons]``."""
-        costs = np.where(
-            self.level == 0, np.log(_FREE), np.log1p(-_FREE) - np.log(SIZES.size - 1)
-        ).sum(axis=1)
-        return self.log_likelihood + costs[:, None, None]
+        return self.log_likelihood + LOG_PRIOR[self.level].sum(axis=1)[:, None, None]
 
     @property
     def weight(self) -> np.ndarray:

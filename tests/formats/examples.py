@@ -28,7 +28,7 @@ from irl.formats import write_json
 from irl.lesson import Lesson
 from irl.lesson_events import Answered
 from irl.lesson_exchange import save_advice
-from irl.outcomes import LearntReward, SoftPolicy, save_reward, save_soft_policy
+from irl.outcomes import REWARD_VERSION, LearntReward, SoftPolicy, save_reward, save_soft_policy
 from irl.policy import Policy, save_policy
 from irl.task_data import save_task
 from models.maps import lite_csv, reachability_csv, workspace_csv
@@ -66,7 +66,7 @@ def _policy(folder: Path) -> None:
 
 
 def _reward(folder: Path) -> None:
-    reward = LearntReward(np.array([0.0, -0.5, 0.25, 1.0]), 0.9, "7a", "lp", 3)
+    reward = LearntReward(np.array([0.0, -0.5, 0.25, 1.0]), 0.9, "7a", "lp", 3, 0.125)
     save_reward(reward, folder / "reward.safetensors")
 
 
@@ -152,7 +152,7 @@ FORMATS = {
         BY_CONTENT, lambda f: inputs.SHOWN_TO_THE_END.save(f / "demonstrations.csv")
     ),
     "policy": Format(str(policy.SCHEMA_VERSION), _policy),
-    "reward": Format(kept_arrays.SCHEMA_VERSION, _reward),
+    "reward": Format(REWARD_VERSION, _reward),
     "soft_policy": Format(kept_arrays.SCHEMA_VERSION, _soft_policy),
     "training": Format(str(checkpoint.SCHEMA_VERSION), _training),
     "active_learning": Format(str(checkpoint.SCHEMA_VERSION), _active),

@@ -131,6 +131,7 @@ def test_rewards_are_read(name, example):
     reward = load_reward(example(name) / "reward.safetensors", "7a")
     assert reward.reward.tolist() == [0.0, -0.5, 0.25, 1.0]
     assert (reward.gamma, reward.algorithm, reward.seed) == (0.9, "lp", 3)
+    assert reward.caution == (0.0 if name == "reward/1" else 0.125)
 
 
 @pytest.mark.parametrize("name", [k for k in kept() if k.startswith("soft_policy/")])

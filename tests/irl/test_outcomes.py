@@ -11,6 +11,7 @@ from irl.kept_arrays import write_arrays
 from irl.mdp import TransitionModel
 from irl.methods import learn
 from irl.outcomes import (
+    REWARD_VERSION,
     LearntReward,
     SoftPolicy,
     load_reward,
@@ -161,7 +162,7 @@ def test_damage_and_another_task_are_refused_in_one_line(tmp_path, array):
         refused("not a readable", whole[:end])
     refused("another task", whole, "cd" * 32)
     refused("'kind' is 'cake'; valid: ", to_bytes(arrays, told | {"kind": "cake"}))
-    refused("'schema_version' is '2'", to_bytes(arrays, told | {"schema_version": "2"}))
+    refused("'schema_version' is '9'", to_bytes(arrays, told | {"schema_version": "9"}))
     refused("'digest' is not", to_bytes(arrays, told | {"seed": "4"}))
     refused("'digest' is not", to_bytes({array: arrays[array] * 0}, told))
     missing = {name: text for name, text in told.items() if name != "seed"}
@@ -181,11 +182,14 @@ def test_damage_and_another_task_are_refused_in_one_line(tmp_path, array):
         ({"reward": np.full(2, np.nan)}, {}, "reward: finite numbers"),
         ({"reward": np.zeros(2)}, {"gamma": "nan"}, "gamma: must be"),
         ({"reward": np.zeros(2)}, {"gamma": "x"}, "'gamma' must be a number, is 'x'"),
+        ({"reward": np.zeros(2)}, {"caution": "-1"}, "caution: must be ≥ 0"),
+        ({"reward": np.zeros(2)}, {"caution": ""}, "'caution' must be a number, is ''"),
         ({"reward": np.zeros(2)}, {"seed": "1.5"}, "'seed' must be a number, is '1.5'"),
     ],
 )
 def test_a_file_with_a_right_digest_is_still_checked(tmp_path, arrays, changes, words):
     told = {name: str(value) for name, value in TOLD.items()} | {"gamma": "0.9"} | changes
-    write_arrays(tmp_path / "kept", "reward", arrays, told)
+    told = {"caution": "0"} | told
+    write_arrays(tmp_path / "kept", "reward", arrays, told, REWARD_VERSION)
     with pytest.raises(InputError, match=rf"kept: .*{words}"):
         load_reward(tmp_path / "kept")

@@ -2,6 +2,7 @@
 
 About the reward of `demo`, which it is told nothing of but the runs: as it was learnt, and pruned
 where that explains as many labels, which is the method's default (`irl.baselines.pruned_rewards`).
+Each with the caution that goes with it (`irl.caution`).
 """
 
 import time
@@ -19,6 +20,7 @@ from experiments.kit.robot_task import load_robot_task
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.baselines.pruned_rewards import pruned
 from irl.baselines.sparse_planning import SparseConfig, sparse_planning
+from irl.caution import learn_caution
 from irl.choices import Limits, Settings
 from irl.collection import runs_from
 from irl.demonstrations import Demonstrations
@@ -101,14 +103,18 @@ def learnt_from(
     found = {"as learnt": reward, "pruned": pruned(task.model, shown, reward, task.gamma)}
     rows = []
     for name, each in found.items():
-        _, q = value_iteration(task.model, each, task.gamma)
+        before = time.process_time()
+        caution = learn_caution(task.model, shown, each, task.gamma)
+        spent = took + time.process_time() - before
+        doubt = caution * task.model.surprise
+        _, q = value_iteration(task.model, each, task.gamma, pair_reward=-doubt)
         action = Policy.from_q(q, task.model.mask).action
         seen, starts = np.union1d(shown.state, shown.ends[:, 2]), task.start_states
         rows.append(
             {"reward": name, "label_noise": config.label_noise, "labels": len(shown)}
             | {"accuracy_optimal_all": accuracy_on_unseen(action, seen, sure, starts).value}
             | {"success_mdp": success_mdp(task.model, action, task.goal_states, starts)}
-            | {"rewarded": int(np.count_nonzero(each)), "seconds": took}
+            | {"rewarded": int(np.count_nonzero(each)), "caution": caution, "seconds": spent}
         )
     return rows
 

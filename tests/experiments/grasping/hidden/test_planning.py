@@ -17,8 +17,8 @@ def test_one_trajectory_teaches_the_way_from_everywhere():
     assert 2 <= learnt["labels"] <= 7
     assert pruned["rewarded"] == 1 < learnt["rewarded"]
     assert min(learnt["success_mdp"], pruned["success_mdp"]) >= 0.99
-    # The way is right, not yet how sure the demonstrator wants to be of it.
-    assert pruned["accuracy_optimal_all"] >= 0.89
+    # Four labels do not tell how sure the demonstrator wants to be of the way; caution does.
+    assert min(learnt["accuracy_optimal_all"], pruned["accuracy_optimal_all"]) >= 0.97
 
 
 @pytest.mark.soak

@@ -8,11 +8,13 @@ actions may be equally good, and none of them is odd.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from irl.demonstrations import Demonstrations
-from irl.lesson_events import DONE
+from irl.lesson_events import AUDIT, DONE, HELD_OUT, LEARN
+from irl.lesson_taught import Taught
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import BETAS, EPSILONS
 from irl.posterior.learner import GoalConfig, GoalLearner
@@ -29,10 +31,42 @@ class Odds:
     Attributes:
         likelihood: its probability, by all that was shown but itself.
         ratio: the same over that of the likeliest answer in its state, 0 to 1; low is odd.
+        likeliest: that answer: an action, or ``DONE``.
     """
 
     likelihood: float
     ratio: float
+    likeliest: int
+
+
+def at_odds(
+    problem: LearningProblem, initial: Demonstrations, taught: Taught, rng: np.random.Generator
+) -> list[dict[str, Any]]:
+    """All answers of a lesson as plain values, the oddest first.
+
+    None before anything was ever brought to its end: any answer then suits some goal. What was held
+    out is neither judged nor learnt from.
+
+    Args:
+        problem: what is known beforehand.
+        initial: what was demonstrated before the first question.
+        taught: what was said.
+        rng: draws hypotheses.
+
+    Returns:
+        Rows with ``answer`` (its number), ``state``, ``action``, and the fields of `Odds`.
+    """
+    answers = {n: a for n, a in taught.answers.items() if a.purpose != HELD_OUT}
+    shown = Demonstrations.concatenate([initial, taught.demonstrations((LEARN, AUDIT))])
+    if not (shown.state.size and shown.ends.size):
+        return []
+    said = [(answer.state, answer.action) for answer in answers.values()]
+    each = odds(problem, shown, said, rng)
+    rows = [
+        {"answer": number, "state": answer.state, "action": answer.action, **vars(odd)}
+        for (number, answer), odd in zip(answers.items(), each, strict=True)
+    ]
+    return sorted(rows, key=lambda row: (row["ratio"], row["answer"]))
 
 
 def odds(
@@ -69,7 +103,10 @@ def _of_one(
     row = -1 if action == DONE else int(model.pair_index(state, action) - model.first_pair[state])
     without = weight / np.maximum(p[row], 1e-300)
     mixed = p @ (without / without.sum())
-    return Odds(float(mixed[row]), float(mixed[row] / mixed.max()))
+    best = int(mixed.argmax())
+    is_end = best == len(mixed) - 1
+    likeliest = DONE if is_end else int(model.pair_action[model.first_pair[state] + best])
+    return Odds(float(mixed[row]), float(mixed[row] / mixed[best]), likeliest)
 
 
 def _probabilities(belief: Belief, chosen: np.ndarray, state: int) -> np.ndarray:

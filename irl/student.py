@@ -19,6 +19,7 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.generalisation import Generalisation
 from irl.lesson_events import Event
+from irl.lesson_taught import Taught
 from irl.policy import Policy
 from irl.problem import LearningProblem
 from irl.session import Question, Session, policy_hash
@@ -159,6 +160,16 @@ class Student:
             left=session.left,
             toss_up=even,
         )
+
+    def at_odds(self, events: Sequence[Event]) -> list[dict[str, Any]]:
+        """All answers of these events, those at odds with the rest first: `irl.lesson_odds`.
+
+        For this all of them are learnt anew, by a posterior, whoever else learns.
+        """
+        from irl.lesson_odds import at_odds  # noqa: PLC0415 - torch, as above
+
+        rng = np.random.default_rng(self.config.seed)
+        return at_odds(self.subject.problem, self._initial, Taught.of(events), rng)
 
     def _worth(
         self, session: Session, policy: Policy, acting: np.ndarray, questions: Sequence[Question]

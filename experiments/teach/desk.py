@@ -262,7 +262,7 @@ class Desk(Notes):
 
     def tick(self) -> bool:
         """Take up what was learnt, and begin a round if there is news; whether anything changed."""
-        changed = self._take_up()
+        changed = self._take_up() | self.rounds.found()
         if self._may_learn and self.rounds.begin(self.taught):
             self._take_up()
             return True

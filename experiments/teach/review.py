@@ -14,7 +14,7 @@ from experiments.teach.desk import Desk
 from experiments.teach.worlds import World
 from irl.clusters import intersection
 from irl.lesson import Lesson
-from irl.lesson_events import AUDIT, HELD_OUT, LEARN, Answered
+from irl.lesson_events import AUDIT, HELD_OUT, Answered
 from irl.lesson_exchange import demonstrations_of
 from irl.lesson_taught import Taught
 from irl.metrics import Share
@@ -22,7 +22,9 @@ from irl.policy import Policy
 from irl.student import StudentConfig
 
 LISTED = 10
-"""Odd answers and contradictions that are printed, at most."""
+"""Odd answers and contradictions that are told, at most."""
+ODD = 0.1
+"""An answer so much less likely than the likeliest one, by the rest, is at odds with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,31 +98,17 @@ def contradictions(desk: Desk | Record) -> list[dict[str, Any]]:
 
 
 def at_odds(desk: Desk | Record) -> list[dict[str, Any]]:
-    """All answers, the oddest first: each one's likelihood by the rest (`irl.lesson_odds`).
-
-    None before anything was ever brought to its end: any answer then suits some goal.
-    """
-    answers = {n: a for n, a in desk.taught.answers.items() if a.purpose != HELD_OUT}
-    shown = demonstrations_of(desk.lesson, (LEARN, AUDIT))
-    if not (shown.state.size and shown.ends.size):
-        return []
+    """All answers, the oddest first: each one's likelihood by the rest (`irl.lesson_odds`)."""
     # Torch, which a server that leaves learning to another process does without.
-    from irl.lesson_odds import odds  # noqa: PLC0415
+    from irl.lesson_odds import at_odds as of_lesson  # noqa: PLC0415
 
-    said = [(answer.state, answer.action) for answer in answers.values()]
     rng = np.random.default_rng(desk.student.seed)
-    each = odds(desk.world.subject.problem, shown, said, rng)
-    rows = [
-        {
-            "answer": number,
-            "state": answer.state,
-            "action": answer.action,
-            "likelihood": odd.likelihood,
-            "ratio": odd.ratio,
-        }
-        for (number, answer), odd in zip(answers.items(), each, strict=True)
-    ]
-    return sorted(rows, key=lambda row: (row["ratio"], row["answer"]))
+    return of_lesson(desk.world.subject.problem, desk.lesson.initial, desk.taught, rng)
+
+
+def the_odd(rows: list[dict[str, Any]] | None) -> list[dict[str, Any]]:
+    """Of answers with their odds those that are at odds with the rest."""
+    return [row for row in rows or () if row["ratio"] < ODD]
 
 
 def coverage(desk: Desk | Record) -> dict[str, Any]:
@@ -202,11 +190,12 @@ def show_report(world: World, told: dict[str, Any]) -> None:
     for row in told["contradictions"][:LISTED]:
         actions = " / ".join(map(world.say_action, row["actions"]))
         print(f"contradiction ({row['kind']}), {world.say_state(row['state'])}: {actions}")
-    odd = [row for row in told["at_odds"] or () if row["ratio"] < 0.1]
+    odd = the_odd(told["at_odds"])
     if odd:
         print(f"{len(odd)} answers are at odds with the rest; the oddest:")
     for row in odd[:LISTED]:
         print(
             f"  answer {row['answer']}: {world.say_state(row['state'])} → "
-            f"{world.say_action(row['action'])} ({row['ratio']:.1e} as likely as the likeliest)"
+            f"{world.say_action(row['action'])} ({row['ratio']:.1e} as likely as "
+            f"{world.say_action(row['likeliest'])})"
         )

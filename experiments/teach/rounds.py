@@ -4,12 +4,13 @@ A round is written down before it begins, with the events that it may know of, a
 it ends. So a lesson can be learnt over again whatever the learner's and the teacher's speed.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from irl.lesson import Lesson
-from irl.lesson_events import DONE, LEARN, Result, Round, Undo
+from irl.lesson_events import DONE, LEARN, Event, Result, Round, Undo
 from irl.lesson_standing import SAID
 from irl.lesson_taught import Taught
 from irl.student import Learnt, Order, Student
@@ -26,6 +27,14 @@ class Learner(Protocol):
         """What came of it, once; None as long as nothing did."""
         ...
 
+    def look(self, events: Sequence[Event]) -> None:
+        """Begin to look for answers at odds with the rest, once no round is being done."""
+        ...
+
+    def odd(self) -> list[dict[str, Any]] | None:
+        """What it found, once; None as long as it looks."""
+        ...
+
     @property
     def lost(self) -> bool:
         """Whether it knows no more what it learnt, such as a process started anew; asked once."""
@@ -39,6 +48,7 @@ class LocalLearner:
     student: Student
     lost: bool = False
     _learnt: Learnt | None = field(default=None, init=False)
+    _odd: list[dict[str, Any]] | None = field(default=None, init=False)
 
     def start(self, order: Order) -> None:
         """Do a round."""
@@ -49,6 +59,15 @@ class LocalLearner:
         learnt, self._learnt = self._learnt, None
         return learnt
 
+    def look(self, events: Sequence[Event]) -> None:
+        """Look at once."""
+        self._odd = self.student.at_odds(events)
+
+    def odd(self) -> list[dict[str, Any]] | None:
+        """What was found."""
+        odd, self._odd = self._odd, None
+        return odd
+
 
 @dataclass
 class ThreadLearner:
@@ -58,6 +77,7 @@ class ThreadLearner:
     lost: bool = False
     _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1), init=False)
     _round: "Future[Learnt] | None" = field(default=None, init=False)
+    _odd: "Future[list[dict[str, Any]]] | None" = field(default=None, init=False)
 
     def start(self, order: Order) -> None:
         """Begin a round."""
@@ -74,6 +94,17 @@ class ThreadLearner:
         done, self._round = self._round, None
         return done.result()
 
+    def look(self, events: Sequence[Event]) -> None:
+        """Look when the round is over."""
+        self._odd = self._pool.submit(self.student.at_odds, list(events))
+
+    def odd(self) -> list[dict[str, Any]] | None:
+        """What was found."""
+        if self._odd is None or not self._odd.done():
+            return None
+        done, self._odd = self._odd, None
+        return done.result()
+
 
 @dataclass
 class Rounds:
@@ -85,6 +116,9 @@ class Rounds:
         running: number of the round being done, or None.
         learnt: what came of the last that could be done, in this run of the program.
         error: why the last one could not be done; empty if it could.
+        odd: all answers, those at odds with the rest first, when last looked; None before.
+        looked: how many events there were then.
+        looking: whether they are being looked for.
     """
 
     lesson: Lesson
@@ -92,6 +126,9 @@ class Rounds:
     running: int | None = field(default=None, init=False)
     learnt: Learnt | None = field(default=None, init=False)
     error: str = field(default="", init=False)
+    odd: list[dict[str, Any]] | None = field(default=None, init=False)
+    looked: int = field(default=0, init=False)
+    looking: bool = field(default=False, init=False)
     _fresh: bool = field(default=True, init=False)
     _upto: int = field(default=0, init=False)
 
@@ -104,12 +141,31 @@ class Rounds:
     @property
     def news(self) -> bool:
         """Whether something was said since the last round began."""
-        return any(isinstance(e, (*SAID, Undo)) for e in self.lesson.events[self._upto :])
+        return self.said_since(self._upto)
+
+    def said_since(self, upto: int) -> bool:
+        """Whether something was said after so many events."""
+        return any(isinstance(e, (*SAID, Undo)) for e in self.lesson.events[upto:])
+
+    def look(self) -> None:
+        """Look for answers at odds with the rest, unless nothing was said since that was done."""
+        if not self.looking and (self.odd is None or self.said_since(self.looked)):
+            self.looking, self.looked = True, len(self.lesson.events)
+            self.learner.look(self.lesson.events)
+
+    def found(self) -> bool:
+        """Take up what was found; whether something was."""
+        odd = self.learner.odd() if self.looking else None
+        if odd is not None:
+            self.odd, self.looking = odd, False
+        return odd is not None
 
     def begin(self, taught: Taught) -> bool:
         """Begin a round if there is something new to learn from, and none is being done."""
         if self.learner.lost:
             self._fresh, self.running = True, None
+            if self.looking:
+                self.learner.look(self.lesson.events)
         elif self.running is not None or not (self.news or self._fresh):
             return False
         if not can_be_learnt(self.lesson, taught):

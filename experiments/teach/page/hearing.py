@@ -103,6 +103,10 @@ class Hearing:
     def _do_options(self, message: Plain, token: str) -> Plain:
         return {"edited": panels.options(self._room.desk, int(message["number"]))}
 
+    def _do_odd(self, message: Plain, token: str) -> None:
+        """Look for answers at odds with the rest."""
+        self._room.desk.rounds.look()
+
     def _do_exclude(self, message: Plain, token: str) -> None:
         room, number = self._room, int(message["number"])
         pairs = [(int(s), int(a)) for s, a in message["pairs"]]

@@ -3,8 +3,9 @@
 It owns no truth. What it needs it is told, from the lesson; if it dies, another one begins anew.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
+from typing import Any
 
 from experiments.teach.page.link import Link
 from experiments.teach.worlds import World
@@ -40,18 +41,31 @@ class ProcessLearner:
         self.link = Link(_work, (build, arguments, config, initial), self._hear, self._begin)
         self._heard = heard
         self._learnt: Learnt | None = None
+        self._odd: list[dict[str, Any]] | None = None
         self._lost = False
         self._shipped = 0
 
     def start(self, order: Order) -> None:
         """Begin a round; only events that the process does not know are sent."""
-        self.link.tell((order.k, order.fresh, list(order.events[self._shipped :])))
-        self._shipped = len(order.events)
+        self._ship(order.k, order.fresh, order.events)
+
+    def look(self, events: Sequence[Event]) -> None:
+        """Look there, once the round is over."""
+        self._ship(None, False, events)
+
+    def _ship(self, k: int | None, fresh: bool, events: Sequence[Event]) -> None:
+        self.link.tell((k, fresh, list(events[self._shipped :])))
+        self._shipped = len(events)
 
     def poll(self) -> Learnt | None:
         """What came of the last round, once."""
         learnt, self._learnt = self._learnt, None
         return learnt
+
+    def odd(self) -> list[dict[str, Any]] | None:
+        """What was found, once."""
+        odd, self._odd = self._odd, None
+        return odd
 
     @property
     def lost(self) -> bool:
@@ -59,12 +73,16 @@ class ProcessLearner:
         lost, self._lost = self._lost, False
         return lost
 
-    def _hear(self, learnt: Learnt) -> None:
-        self._learnt = learnt
+    def _hear(self, told: Learnt | list[dict[str, Any]]) -> None:
+        if isinstance(told, Learnt):
+            self._learnt = told
+        else:
+            self._odd = told
         self._heard()
 
     def _begin(self) -> None:
-        self._lost, self._shipped, self._learnt = self.link.starts > 1, 0, None
+        self._lost, self._shipped = self.link.starts > 1, 0
+        self._learnt = self._odd = None
         if self._lost:
             self._heard()
 
@@ -85,4 +103,7 @@ def _work(
     while True:
         k, fresh, new = connection.recv()
         events += new
-        connection.send(student.learn(Order(k, fresh, events)))
+        if k is None:
+            connection.send(student.at_odds(events))
+        else:
+            connection.send(student.learn(Order(k, fresh, events)))

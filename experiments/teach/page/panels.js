@@ -92,15 +92,18 @@ export default {
 
     <div v-if="tab === 'h'" class="pane" data-teach="said">
       <p v-if="!panels.said.length" class="soft">Nothing yet.</p>
-      <div v-for="each in panels.said" class="line" :key="each.number">
-        <span class="num">{{ each.number }}</span>
-        <span><b>{{ each.what }}</b> <span class="soft">{{ each.where }}</span> <em v-if="each.note">{{ each.note }}</em></span>
-        <select v-if="edited?.number === each.number" :value="each.action" :data-edit="each.number"
-            aria-label="change this answer" @change="edit(each.number, $event.target.value)">
-          <option v-for="one in edited.options" :value="one.a">{{ one.w }}</option></select>
-        <button v-else-if="each.editable" :data-change="each.number" @click="say({kind: 'options', number: each.number})">
-          change</button>
-      </div>
+      <p v-else class="soft" data-teach="odd">{{ disagreeing }}
+        <button v-if="panels.odd.old && !panels.odd.looking" data-do="odd" @click="say({kind: 'odd'})">Look again</button></p>
+      <template v-for="part in [panels.odd.rows, panels.said]">
+        <div v-for="each in part" class="line" :class="{odd: each.rather}" :key="each.number">
+          <span><b>{{ each.what }}</b> <span class="soft">{{ each.where }}</span> <em v-if="each.note">{{ each.note }}</em>
+            <span v-if="each.rather" class="warn"> By the rest I would have said: {{ each.rather }}</span></span>
+          <select v-if="edited?.number === each.number && edited.odd === !!each.rather" :value="each.action"
+              :data-edit="each.number" aria-label="change this answer" @change="edit(each.number, $event.target.value)">
+            <option v-for="one in edited.options" :value="one.a">{{ one.w }}</option></select>
+          <button v-else-if="each.editable || each.rather" :data-change="each.number" @click="change(each)">change</button>
+        </div>
+      </template>
     </div>
 
     <div v-if="tab === 'c'" class="pane keys"><div v-for="[key, what] in KEYS"><kbd>{{ key }}</kbd> {{ what }}</div></div>
@@ -120,6 +123,14 @@ export default {
     },
     wanted() {
       return this.chosen.length === 1 && this.chosen[0] === this.state.next?.cluster;
+    },
+    disagreeing() {
+      const odd = this.panels.odd;
+      if (odd.looking) return "Comparing each of your answers with all others …";
+      if (!odd.looked) return "";
+      if (!odd.judged) return "Once something was shown to its end I say which answers disagree with the rest.";
+      return ["Your answers agree with one another.", "One answer disagrees with the rest. Was it a slip?"][odd.count]
+        ?? `${odd.count} answers disagree with the rest, the oddest first. Were they slips?`;
     },
     against() {
       const bad = (this.group?.actions ?? []).filter((each) => STATES[this.advice[each.a] ?? 0] === "avoid");
@@ -161,6 +172,7 @@ export default {
     },
     open(key, focus) {
       this.tab = key;
+      if (key === "h") this.say({ kind: "odd" });
       if (focus)
         this.$nextTick(() => (this.$el.querySelector(".pane :is(button, input, select)")
           ?? this.$el.querySelector("nav [aria-selected=true]")).focus());
@@ -177,13 +189,17 @@ export default {
       if (!this.chosen.length) this.group = null;
       else this.say({ kind: "group", names: this.chosen });
     },
+    change(each) {
+      this.changing = !!each.rather; // it may be in both lists
+      this.say({ kind: "options", number: each.number });
+    },
     edit(number, action) {
       this.say({ kind: "edit", number, action: Number(action) });
       this.edited = null;
     },
     told(reply) {
       if (reply.edited) {
-        this.edited = reply.edited;
+        this.edited = { ...reply.edited, odd: this.changing };
         this.$nextTick(() => this.$el.querySelector("[data-edit]")?.focus());
       }
       if (!reply.group) return;

@@ -12,6 +12,7 @@ import numpy as np
 from experiments.teach.asking import WORTH
 from experiments.teach.choosing import RUN
 from experiments.teach.desk import Desk
+from experiments.teach.review import LISTED, the_odd
 from experiments.teach.shown import Given, Shown
 from experiments.teach.worlds import World
 from irl.asking import TRAJECTORY
@@ -186,6 +187,30 @@ def _words(world: World, desk: Desk, number: int, event: Event) -> Plain | None:
     if isinstance(event, Imported):
         return {"what": "taken from a file", "where": event.source}
     return None
+
+
+def odd(desk: Desk) -> Plain:
+    """Answers at odds with the rest, as far as they hold still, the oddest first."""
+    world, rounds, answers = desk.world, desk.rounds, desk.taught.answers
+    rows = [
+        {
+            "number": row["answer"],
+            "what": world.say_action(row["action"]),
+            "where": world.say_state(row["state"]),
+            "action": row["action"],
+            "rather": world.say_action(row["likeliest"]),
+        }
+        for row in the_odd(rounds.odd)
+        if row["answer"] in answers and answers[row["answer"]].action == row["action"]
+    ]
+    return {
+        "looking": rounds.looking,
+        "looked": rounds.odd is not None,
+        "judged": len(rounds.odd or ()),
+        "old": rounds.odd is not None and rounds.said_since(rounds.looked),
+        "count": len(rows),
+        "rows": rows[:LISTED],
+    }
 
 
 def options(desk: Desk, number: int) -> Plain:

@@ -98,6 +98,7 @@ class Room:
             "panels": {
                 "given": self.given,
                 "said": panels.said(desk),
+                "odd": panels.odd(desk),
                 "clusters": panels.clusters(desk),
             },
             "progress": self._progress(),

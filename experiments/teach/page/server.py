@@ -112,7 +112,11 @@ def serve(
         webbrowser.open(url)
     guarded = Guard(app, port=port, token=token)
     settings = uvicorn.Config(
-        guarded, log_level="warning", ws_max_size=2**20, timeout_graceful_shutdown=GRACE
+        guarded,
+        log_level="warning",
+        ws_max_size=2**20,
+        ws_ping_timeout=PATIENCE,  # a browser on a busy machine may be deaf for a while
+        timeout_graceful_shutdown=GRACE,
     )
     server = uvicorn.Server(settings)
     # The framework looks for its server among all objects, some of which mind being looked at.

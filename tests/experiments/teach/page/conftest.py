@@ -141,15 +141,21 @@ class Window:
             device_scale_factor=scale,
         )
         self.page = self.context.new_page()
-        self.errors, self.abroad = [], []
+        self.errors, self.abroad, self.reloads = [], [], []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
+        self.page.on("console", lambda message: self._note_said(message.type, message.text))
         self.page.on("request", lambda r: self._note(r.url, url.partition("?")[0]))
         self.page.set_default_timeout(120_000)
         self.page.goto(url)
         if known:
             self.page.wait_for_selector("[data-token]")
             self.page.wait_for_function("window.did_handshake")
+
+    def _note_said(self, kind, text):
+        if kind == "error":
+            self.errors.append(text)
+        elif text.startswith("reloading"):
+            self.reloads.append(text)
 
     def _note(self, url, own):
         if not url.startswith((own, own.replace("http", "ws"), "data:", "blob:")):

@@ -249,6 +249,44 @@ def test_what_a_planner_does_otherwise_for_an_answer_is_pictured_and_may_be_pick
     asyncio.run(lead())
 
 
+def test_answers_that_disagree_with_the_rest_are_listed_and_changed_from_there(world, tmp_path):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        await say(room, "first", kind="odd")
+        assert room.snapshot()["panels"]["odd"]["rows"] == []
+        for number in range(25):
+            asked = desk.question
+            await say(room, number, kind="answer", question=asked.token, action=right(world, asked))
+            room.acting.end()
+        await say(room, "picked", kind="ask", state=GOAL + 1)
+        asked = desk.question
+        good = world.oracle.optimal_actions[asked.state]
+        slip = next(a for a in asked.feasible if not good[a])
+        await say(room, "slip", kind="answer", question=asked.token, action=int(slip))
+        await say(room, "look", kind="odd")
+        room.tick()
+        told = room.snapshot()["panels"]["odd"]
+        (row, *_) = told["rows"]
+        number = max(n for n, each in desk.taught.answers.items() if each.state == asked.state)
+        assert (row["number"], row["action"]) == (number, slip)
+        rather = [world.say_action(int(a)) for a in np.flatnonzero(good)]
+        assert row["rather"] in rather
+        assert not told["old"]
+        instead = int(np.flatnonzero(good)[0])
+        await say(room, "edit", kind="edit", number=number, action=instead)
+        told = room.snapshot()["panels"]["odd"]
+        assert number not in [each["number"] for each in told["rows"]]
+        assert told["old"]
+        await say(room, "again", kind="odd")
+        room.tick()
+        told = room.snapshot()["panels"]["odd"]
+        assert number not in [each["number"] for each in told["rows"]]
+        assert not told["old"]
+
+    asyncio.run(lead())
+
+
 class FakeLink:
     """In place of a process that simulates."""
 

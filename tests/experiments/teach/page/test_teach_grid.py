@@ -106,6 +106,44 @@ def test_what_was_said_is_taken_back_and_changed(teaching, window):
     assert not one.errors
 
 
+def test_a_slip_is_listed_as_at_odds_and_changed_from_there_by_the_keyboard(teaching, window):
+    lesson = teaching("--grid", str(SIDE), "--initial", "12").start()
+    one = window(lesson.url)
+    one.page.evaluate("window.teach.say({kind: 'alone', on: false})")
+    while int(one.asked("state")) == GOAL:
+        teach_once(one)
+    state = int(one.asked("state"))
+    away = next(
+        key
+        for key, back in zip(ARROWS, ("Left", "Down", "Right", "Up"), strict=True)
+        if towards_the_goal(state) == f"Arrow{back}"
+    )
+    if one.page.locator(f"[data-a='{ARROWS[away]}'][aria-disabled=true]").count():
+        away = next(key for key in ARROWS if key not in (away, towards_the_goal(state)))
+    token = one.asked("token")
+    one.press(away, "Enter")
+    one.wait_for_another(token)
+    one.press("h")
+    one.page.wait_for_selector(".line.odd [data-change]")
+    number = int(one.page.get_attribute(".line.odd [data-change]", "data-change"))
+    said = json.loads(lesson.events("answered")[-1])
+    assert (said["state"], said["action"]) == (state, ARROWS[away])
+    one.page.focus(".line.odd [data-change]")
+    one.press("Enter")
+    one.page.wait_for_selector(".line.odd [data-edit]")
+    wanted = str(ARROWS[towards_the_goal(state)])
+    one.page.select_option(".line.odd [data-edit]", wanted)
+    one.wait_for("() => !document.querySelector('.line.odd')")
+    edit = {"of": number, "changes": {"action": int(wanted)}}
+    assert json.loads(lesson.events("edit")[0]) == edit
+    one.page.focus("[data-do=odd]")
+    one.press("Enter")
+    one.wait_for(
+        "() => document.querySelector('[data-teach=odd]').innerText.includes('agree with one')"
+    )
+    assert not one.errors
+
+
 def test_a_reload_a_second_window_and_a_lost_connection_lose_nothing(teaching, window):
     lesson = teaching("--grid", str(SIDE)).start()
     one = window(lesson.url)

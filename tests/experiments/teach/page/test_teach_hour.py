@@ -83,7 +83,7 @@ def told(one):
 
 def test_after_a_thousand_answers_it_is_as_quick_and_small(teaching, window, world):
     lesson = teaching("--learner", "goal_posterior").start()
-    one = window(lesson.url)
+    one = window(lesson.url, size=(320, 180), scale=0.25)  # few pixels: nobody looks at them
     one.page.evaluate("window.teach.say({kind: 'alone', on: false})")
     rng, waits, factors = np.random.default_rng(0), [], [load()]
     for number in range(1000):
@@ -91,6 +91,7 @@ def test_after_a_thousand_answers_it_is_as_quick_and_small(teaching, window, wor
         waits.append(enter(one))
         if number % 50 == 49:
             factors.append(load())
+            print(number + 1, f"answers, {memory(lesson.process.pid) / 1e6:.0f} MB", flush=True)
     print(
         f"Enter → next question: {np.median(waits):.3f} s in the median, p99 "
         f"{np.quantile(waits, 0.99):.3f} s; load {np.median(factors):.1f}, at most "
@@ -104,3 +105,4 @@ def test_after_a_thousand_answers_it_is_as_quick_and_small(teaching, window, wor
     lesson.stop()
     assert lesson.lesson.stat().st_size < LARGEST
     assert not one.errors
+    assert not one.reloads

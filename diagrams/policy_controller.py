@@ -17,6 +17,8 @@ from models.task.tracking import NOTHING, InHand
 
 SETTLE = 0.5
 """From the end of an action's motion until its outcome is read [s]."""
+LOOKS_AGAIN = 4
+"""How often the controller waits as long once more for a cube that seems to be nowhere."""
 
 
 class Verdict(StrEnum):
@@ -45,6 +47,7 @@ class Episode:
         chosen_by: what chose it.
         in_hand: what is known of a held cube's pose in the hand.
         lying: what was seen of a free cube's pose in the world since the last motion ended.
+        waited: how often it waited once more for a cube that seemed to be nowhere.
     """
 
     steps: tuple[Step, ...] = ()
@@ -56,6 +59,7 @@ class Episode:
     chosen_by: By = By.POLICY
     in_hand: InHand = NOTHING
     lying: InHand = NOTHING
+    waited: int = 0
 
     def __deepcopy__(self, memo: dict) -> "Episode":
         """Itself: nothing in it changes, and Drake copies states at every update."""
@@ -151,6 +155,9 @@ class PolicyController(LeafSystem):
 
         sight = self._sight(context, episode)
         state = self._decision.state(sight)
+        if state == self._lost and episode.waited < LOOKS_AGAIN:
+            # It may be in the air, or in somebody's hand.
+            return replace(episode, finished_at=now, lying=NOTHING, waited=episode.waited + 1)
         steps = episode.steps
         if episode.sequence:
             step = Step(
@@ -179,6 +186,7 @@ class PolicyController(LeafSystem):
             over,
             sequence=episode.sequence + 1,
             finished_at=-1.0,
+            waited=0,
             action=choice.action,
             chosen_by=choice.by,
         )

@@ -63,6 +63,8 @@ class StationSimulator:
         self._root = simulator.get_mutable_context()
         self._context = plant.GetMyMutableContextFromRoot(self._root)
         self._cube = plant.GetBodyByName(CUBE)
+        (free,) = plant.GetJointIndices(self._cube.model_instance())
+        self._free = plant.get_joint(free)
         self._base = plant.GetBodyByName("base", hand)
         self._knuckle = plant.GetJointByName("left_knuckle", hand)
         self._fall: Fall | None = None
@@ -106,11 +108,10 @@ class StationSimulator:
 
     def _falls(self) -> bool:
         """Whether the cube touches nothing, nothing pulls at it, and it moves."""
-        V_WO = self._cube.EvalSpatialVelocityInWorld(self._context)
-        p_WO = self._cube.EvalPoseInWorld(self._context).translation()
-        if np.linalg.norm(V_WO.translational()) < _FALLS or p_WO[2] < _GONE:
+        # Of the cube's own joint, whose values are at hand: this is asked all the time.
+        if np.linalg.norm(self._free.get_translational_velocity(self._context)) < _FALLS:
             return False
-        if self._pulled():
+        if self._free.get_translation(self._context)[2] < _GONE or self._pulled():
             return False
         plant = self._plant
         shapes = set(plant.GetCollisionGeometriesForBody(self._cube))

@@ -15,9 +15,12 @@ POLICY = np.array([0, 1, 2, 0, -1, -1])
 
 
 class World(LeafSystem):
-    """Four cells in a row: action a in cell s leads to ``jumps[s]`` after half a second."""
+    """Four cells in a row: action a in cell s leads to ``jumps[s]`` after half a second.
 
-    def __init__(self, start, jumps, failure=None):
+    For ``away`` seconds more the cube seems to be nowhere.
+    """
+
+    def __init__(self, start, jumps, failure=None, away=0.0):
         super().__init__()
         self._jumps, self._failure = jumps, failure
         request = self.DeclareVectorInputPort("request", 2)
@@ -41,19 +44,21 @@ class World(LeafSystem):
             )
 
         self.DeclarePeriodicDiscreteUpdateEvent(0.01, 0.0, update)
-        self.DeclareVectorOutputPort(
-            "task.state",
-            1,
-            lambda c, out: out.SetFromVector(c.get_discrete_state(index).value()[:1]),
-        )
+
+        def task_state(context, output):
+            state, sequence, started, finished = context.get_discrete_state(index).value()
+            flies = sequence and finished and context.get_time() < started + 0.5 + away
+            output[0] = LOST if flies else state
+
+        self.DeclareVectorOutputPort("task.state", 1, task_state)
         self.DeclareAbstractOutputPort(
             "execution", lambda: Value(Execution()), execution, {self.xd_ticket()}
         )
 
 
-def episode(start, jumps, failure=None, max_actions=6, decision=None, told=None):
+def episode(start, jumps, failure=None, max_actions=6, decision=None, told=None, away=0.0):
     builder = DiagramBuilder()
-    world = builder.AddSystem(World(start, jumps, failure))
+    world = builder.AddSystem(World(start, jumps, failure, away))
     controller = builder.AddSystem(
         PolicyController(
             decision or Table(POLICY),
@@ -99,6 +104,15 @@ def test_dead_ends_have_names(jumps, failure, verdict, steps):
     found = episode(0, jumps, failure)
     assert (found.verdict, len(found.steps)) == (verdict, steps)
     assert found.steps[-1].failure == failure
+
+
+@pytest.mark.parametrize(
+    ("away", "verdict"), [(0.7, Verdict.GOAL), (2.2, Verdict.GOAL), (3.0, Verdict.LOST)]
+)
+def test_a_cube_in_the_air_is_waited_for(away, verdict):
+    found = episode(0, {0: GOAL}, away=away)
+    assert found.verdict == verdict
+    assert found.steps[0].ended - found.steps[0].started > min(away, 2.5) + 0.4
 
 
 def test_steps_tell_what_chose_them_and_a_person_overrules_the_table():

@@ -78,10 +78,15 @@ class _Follow(LeafSystem):
         size = len(limiter.at_rest(np.zeros(limiter.n_joints)))
         command = self.DeclareVectorInputPort("command", limiter.n_joints)
         before = self.DeclareVectorInputPort("before", size)
+        state = self.DeclareVectorInputPort("state", 2 * limiter.n_joints)
 
         def calc(context: Context, output: BasicVector) -> None:
             try:
-                after = limiter.follow(command.Eval(context), before.Eval(context))
+                after = limiter.follow(
+                    command.Eval(context),
+                    before.Eval(context),
+                    state.Eval(context)[: limiter.n_joints],
+                )
             except ModelError as error:
                 place = f"arm.position_command at {context.get_time():.3f} s"
                 raise ModelError(f"{place}: {error}") from None
@@ -102,9 +107,9 @@ class ArmController(Diagram):
                           └───────────────┘
 
     Commands within the limits of speed and acceleration are followed as they are, others as
-    `Limiter` says; `limited_samples` counts these. The weight of arm and hand is compensated by
-    the controller's own `control_model`, while what the hand holds is felt. The reference starts
-    where `set_position` puts it.
+    `Limiter` says, which waits for a joint that is held up; `limited_samples` counts these. The
+    weight of arm and hand is compensated by the controller's own `control_model`, while what the
+    hand holds is felt. The reference starts where `set_position` puts it.
     """
 
     def __init__(self, model: MultibodyPlant, *, period: float) -> None:
@@ -142,6 +147,7 @@ class ArmController(Diagram):
         weight = builder.AddNamedSystem("weight", InverseDynamics(model, mode))
         builder.ExportInput(follow.GetInputPort("command"), "position_command")
         builder.ExportInput(weight.get_input_port_estimated_state(), "state")
+        builder.ConnectInput("state", follow.GetInputPort("state"))
         builder.ExportOutput(after.get_output_port(0), "desired_state")
         builder.ExportOutput(weight.get_output_port(), "weight")
         builder.ExportOutput(before.get_output_port(2), "limited_samples")

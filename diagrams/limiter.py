@@ -13,6 +13,9 @@ _TURN = 2.0 * np.pi
 _CRUISE = 0.98
 """Share of the speed limit at which a limited reference goes: joints that follow it swing by 1.3 %
 of their limit around its speed."""
+LEAD = 0.012
+"""From a joint to its reference at most [rad]; less than half of it is what joints are behind that
+nothing hinders, and all of it asks for all their torque."""
 
 
 class Limiter:
@@ -22,6 +25,9 @@ class Limiter:
     reference goes towards the command as fast as the limits allow, and brakes in time to land on
     it: without overshoot, unless the command itself turns back within the braking distance. Two
     samples in one direction count as a motion to catch up with, a jump of one sample as a place.
+
+    The reference waits for a joint that does not follow: it is never further than `LEAD` from where
+    that is. What had held the joint and lets go then finds no way to catch up with.
 
     A command beyond a joint's range leads to its end. On an endless joint a jump of more than half
     a turn is another winding of an angle, not a motion: the reference takes the short way.
@@ -69,13 +75,18 @@ class Limiter:
         rest = np.zeros(self.n_joints)
         return np.concatenate([q, rest, q, rest, [0.0]])
 
-    def follow(self, command: Array, before: Array) -> Array:
-        """What is remembered after a sample ``command [n]`` [rad].
+    def follow(self, command: Array, before: Array, measured: Array) -> Array:
+        """What is remembered after a sample.
+
+        Args:
+            command: ``[n]`` [rad].
+            before: what was remembered ``[4 n + 1]``.
+            measured: where the joints are ``[n]`` [rad].
 
         Raises:
             ModelError: if an angle is not finite, or beyond 1e6 rad.
         """
-        after = _follow(command, before, self._limits, self._period)
+        after = _follow(command, before, measured, self._limits, self._period)
         if after[-1] < 0.0:
             for name, angle in zip(self._names, command.tolist(), strict=True):
                 if not abs(angle) <= LARGEST:
@@ -84,12 +95,13 @@ class Limiter:
 
 
 @compiled()
-def _follow(command: Array, before: Array, limits: Array, period: float) -> Array:
+def _follow(command: Array, before: Array, measured: Array, limits: Array, period: float) -> Array:
     """`Limiter.follow`, compiled; it counts −1 where a command is no angle.
 
     Args:
         command: ``[n]`` [rad].
         before: what is remembered ``[4 n + 1]``.
+        measured: ``[n]`` [rad].
         limits: lower end and upper [rad], speed [rad/s], change of speed in a sample [rad/s]
             ``[n, 4]``.
         period: [s].
@@ -127,6 +139,10 @@ def _follow(command: Array, before: Array, limits: Array, period: float) -> Arra
             toward = min(max(toward, -_CRUISE * fastest), _CRUISE * fastest)
             speed = min(max(toward, speed - change), speed + change)
             after[i], after[n + i] = reference + speed * period, speed
+            counts = True
+        waits = min(max(after[i], measured[i] - LEAD), measured[i] + LEAD)
+        if waits != after[i]:
+            after[i], after[n + i] = waits, (waits - reference) / period
             counts = True
         after[2 * n + i], after[3 * n + i] = target, moves
     after[4 * n] += counts

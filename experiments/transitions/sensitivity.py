@@ -169,25 +169,23 @@ def print_summary(rows: Iterable[Mapping[str, Any]]) -> None:
 
 
 def plot_sensitivity(figure: Figure, rows: list[dict[str, Any]]) -> None:
-    """Draw the share of changed trials by kind of action, aspect and variant."""
-    names = list(dict.fromkeys(row["variant"] for row in rows))
-    kinds = [kind.name.lower() for kind in Kind]
-    figure.set_size_inches(5 * len(names), 4)
+    """Draw the share of changed trials by kind of action, drops by layer, aspect and variant."""
+    total = {(row["variant"], row["action"]): row for row in summarise(rows)}
+    names = list(dict.fromkeys(name for name, _ in total))
+    actions = list(dict.fromkeys(action for _, action in total))
+    figure.set_size_inches(6 * len(names), 4)
     panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
     for panel, name in zip(panels, names, strict=True):
         for offset, aspect in enumerate(ASPECTS):
-            share = []
-            for kind in kinds:
-                mine = [r for r in rows if (r["variant"], r["kind"]) == (name, kind)]
-                trials = sum(r["trials"] for r in mine)
-                share.append(sum(r[aspect] for r in mine) / max(1, trials))
-            place = np.arange(len(kinds)) + 0.26 * (offset - 1)
+            found = [total[name, action] for action in actions]
+            share = [row[aspect] / max(1, row["trials"]) for row in found]
+            place = np.arange(len(actions)) + 0.26 * (offset - 1)
             panel.bar(place, share, width=0.24, label=f"{aspect} changed")
-        panel.set_xticks(range(len(kinds)), kinds)
+        panel.set_xticks(range(len(actions)), [a.replace(", ", ",\n") for a in actions])
         panel.set(title=name, ylim=(0, 1))
         panel.grid(axis="y", alpha=0.3)
     panels[0].set_ylabel("share of trials")
-    panels[-1].legend(loc="upper right")
+    panels[-1].legend(loc="upper left")
 
 
 def _aspects(pair: Pair, record: TrialRecord) -> tuple[Outcome, int, int]:

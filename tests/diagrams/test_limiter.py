@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from diagrams.limiter import Limiter
+from diagrams.limiter import LEAD, Limiter
 from models.errors import ModelError
 from models.motion.timing import time_path
 from models.scenes.limits import JointLimits
@@ -21,7 +21,7 @@ def followed(limiter, commands, start=None):
     memory = limiter.at_rest(commands[0] if start is None else np.array(start))
     references = []
     for command in commands:
-        memory = limiter.follow(command, memory)
+        memory = limiter.follow(command, memory, memory[:2])
         references.append(memory[:2])
     return np.array(references), int(memory[-1])
 
@@ -134,10 +134,28 @@ def test_a_hinge_goes_to_its_end_and_no_further(limiter):
     assert limited == 4.0 / PERIOD
 
 
+def test_the_reference_waits_for_a_joint_that_is_held_up(limiter):
+    target, memory = np.array([0.6, -0.6]), limiter.at_rest(np.zeros(2))
+    for _ in range(500):
+        memory = limiter.follow(target, memory, np.zeros(2))
+        assert (np.abs(memory[:2]) <= LEAD).all()
+    assert np.abs(memory[:2]) == pytest.approx(LEAD)
+    assert memory[-1] == 500
+    # Let go of, it goes on from there, as from rest.
+    references = [memory[:2]]
+    for _ in range(700):
+        memory = limiter.follow(target, memory, memory[:2])
+        references.append(memory[:2])
+    speed, acceleration = rates(np.array(references[1:]), references[0])
+    assert (speed <= SPEED * (1 + 1e-5)).all()
+    assert (acceleration <= ACCELERATION * (1 + 1e-5)).all()
+    assert references[-1] == pytest.approx(target, abs=1e-6)
+
+
 @pytest.mark.parametrize("angle", [np.nan, np.inf, -np.inf, 1e7])
 def test_what_is_no_angle_is_refused_by_its_joint(limiter, angle):
     with pytest.raises(ModelError, match=f"wheel {angle:g}".replace("+", r"\+")):
-        limiter.follow(np.array([0.0, angle]), limiter.at_rest(np.zeros(2)))
+        limiter.follow(np.array([0.0, angle]), limiter.at_rest(np.zeros(2)), np.zeros(2))
 
 
 @pytest.mark.parametrize(

@@ -59,10 +59,15 @@ class Execution:
 
 @dataclass(frozen=True)
 class _Memory:
-    """What is executed, what is commanded since when, and what was seen meanwhile."""
+    """What is executed, what is commanded since when, and what was seen meanwhile.
+
+    The opening commanded now is kept beside the timeline: it changes rarely, and what depends on
+    it is not computed at every step.
+    """
 
     execution: Execution
     timeline: Timeline
+    width: float
     since: float = 0.0
     vigil: Vigil = field(default_factory=lambda: Vigil(RigidTransform()))
 
@@ -122,18 +127,14 @@ class ActionExecutor(LeafSystem):
         self._opening = self.DeclareVectorInputPort("gripper.position_measured", 1)
         self._force = self.DeclareVectorInputPort("gripper.force_measured", 1)
         hold = Timeline(q, width, (), planner.velocity_limit)
-        self._memory = self.DeclareAbstractState(Value(_Memory(Execution(), hold)))
+        self._memory = self.DeclareAbstractState(Value(_Memory(Execution(), hold, width)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(PERIOD, 0.0, self._update)
         state_and_time = {self.abstract_state_ticket(self._memory), self.time_ticket()}
+        state = {self.abstract_state_ticket(self._memory)}
         self.DeclareVectorOutputPort("arm.position_command", 7, self._calc_arm, state_and_time)
-        self.DeclareVectorOutputPort(
-            "gripper.position_command", 1, self._calc_gripper, state_and_time
-        )
+        self.DeclareVectorOutputPort("gripper.position_command", 1, self._calc_gripper, state)
         self.DeclareAbstractOutputPort(
-            "execution",
-            lambda: Value(Execution()),
-            self._calc_execution,
-            {self.abstract_state_ticket(self._memory)},
+            "execution", lambda: Value(Execution()), self._calc_execution, state
         )
 
     def start_at(self, context: Context, q: np.ndarray, width: float) -> None:
@@ -143,7 +144,7 @@ class ActionExecutor(LeafSystem):
             ModelError: if ``q`` is not so many finite angles, or ``width`` not a finite number.
         """
         hold = Timeline(q, width, (), self._planner.velocity_limit)
-        context.SetAbstractState(self._memory, _Memory(Execution(), hold))
+        context.SetAbstractState(self._memory, _Memory(Execution(), hold, width))
 
     def execution(self, context: Context) -> Execution:
         """Read how far the last request is from this system's context."""
@@ -163,6 +164,9 @@ class ActionExecutor(LeafSystem):
             memory = self._go_on(context, memory)
         if memory.execution.finished and sequence != memory.execution.sequence:
             memory = self._plan(context, sequence, action, memory)
+        width = memory.timeline.width(context.get_time() - memory.since)
+        if width != memory.width:
+            memory = replace(memory, width=width)
         if memory is before:
             return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._memory).set_value(memory)
@@ -177,7 +181,7 @@ class ActionExecutor(LeafSystem):
             if vigil.failure is not None:
                 failed = replace(execution, failure=vigil.failure, reason="on the way")
                 rest = timeline.braked(elapsed)
-                return _Memory(failed, rest, context.get_time(), vigil)
+                return _Memory(failed, rest, memory.width, context.get_time(), vigil)
             if vigil is not memory.vigil:
                 memory = replace(memory, vigil=vigil)
         if elapsed < timeline.duration:
@@ -251,15 +255,14 @@ class ActionExecutor(LeafSystem):
         except Infeasible as refused:
             execution = Execution(sequence, action, now, True, refused.failure, str(refused))
         timeline = Timeline(q, width, plan, self._planner.velocity_limit)
-        return _Memory(execution, timeline, now, Vigil(X_WO))
+        return _Memory(execution, timeline, width, now, Vigil(X_WO))
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:
         memory = self._remembered(context)
         output.SetFromVector(memory.timeline.arm(context.get_time() - memory.since))
 
     def _calc_gripper(self, context: Context, output: BasicVector) -> None:
-        memory = self._remembered(context)
-        output[0] = memory.timeline.width(context.get_time() - memory.since)
+        output[0] = self._remembered(context).width
 
     def _calc_execution(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._remembered(context).execution)

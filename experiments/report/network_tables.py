@@ -147,8 +147,9 @@ def questions(result: Result) -> list[str]:
     return [
         f"From {low} demonstrated states to {high}; gains over random questions in points, on the",
         f"same {len(result['seeds'])} seeds. *likelihood*: a network that climbs the likelihood",
-        "alone; *default*: the demo's. That one reaches the goal from everywhere with 30 states",
-        "already, as the table of few labels says: no question can add to its success.",
+        "alone, which asks one question after the other; *default*: the demo's, which asks ten at",
+        "a time. That one reaches the goal from everywhere with 30 states already, as the table of",
+        "few labels says: no question can add to its success.",
         "",
         *tabled(head, rows),
     ]

@@ -191,7 +191,7 @@ PARTS: Sequence[Part] = (
         "grasping/questions",
         "What asking well is worth (thesis 4.1, 7.3)",
         ("grasping", "questions"),
-        240,
+        55,
         network_tables.questions,
     ),
     Part(

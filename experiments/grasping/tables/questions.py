@@ -1,8 +1,8 @@
 """``questions``: what asking well is worth, by strategy, compared with asking at random."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, lru_cache, partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,8 +13,9 @@ from experiments.grasping.tables.options import Measurement, spread
 from experiments.kit.command import Output
 from experiments.kit.jobs import rows_of
 from experiments.kit.kept_rows import KeptRows
+from irl.active import Result
 from irl.choices import Limits, Members
-from irl.queries import STATE_STRATEGIES
+from irl.queries import COMMITTEE_STRATEGIES, STATE_STRATEGIES
 from irl.training_config import TrainingConfig
 from models.task.spaces import N_STATES
 
@@ -26,9 +27,10 @@ ASKING: Mapping[str, Learner] = {
         policy_update="greedy",
         batch=1,
     ),
-    "default": OURS.with_active(batch=1),
+    "default": OURS,
 }
-"""Who asks: a network that climbs the likelihood and nothing else, and the demo's."""
+"""Who asks: a network that climbs the likelihood and nothing else, one question at a time; and the
+demo's, which asks ten at a time."""
 RANDOM = "random"
 COMPARED = ("accuracy_optimal_all", "success_mdp", "success_mdp_all", "accuracy_strict")
 
@@ -40,7 +42,8 @@ class Questions(Measurement):
     seeds: Annotated[int, Limits(1, 100_000)] = 12
     """How many seeds there are."""
     learners: Annotated[tuple[str, ...], Members(tuple(ASKING))] = tuple(ASKING)
-    """Who asks: likelihood, a network on the likelihood alone, and default, the demo's learner."""
+    """Who asks: likelihood, a network on the likelihood alone, one question at a time, and default,
+    the demo's learner, ten."""
     strategies: Annotated[tuple[str, ...], Members(tuple(STATE_STRATEGIES))] = tuple(
         STATE_STRATEGIES
     )
@@ -85,10 +88,9 @@ def run_questions(config: Questions, output: Output) -> dict[str, Any]:
 def asked(folder: str, labels: int, most: int, job: tuple[str, int, str]) -> dict[str, Any]:
     """What a learner knows after its questions; beforehand it is the same for all strategies."""
     learner, seed, strategy = job
-    # Answers count one by one: rules would settle a hundred states with a dozen of them.
-    way = ASKING[learner].with_learning(demonstrations=labels, least_purity=1.0)
-    lesson = Lesson.begin(shared_teacher(folder), way, seed)
-    learnt = lesson.learn(most, strategy)
+    lesson, shown = begun(folder, labels, learner, seed)
+    # The members of a committee have a first training of their own.
+    learnt = lesson.learn(most, strategy, None if strategy in COMMITTEE_STRATEGIES else shown())
     start = lesson.curve[0]
     return {
         "learner": learner,
@@ -97,6 +99,15 @@ def asked(folder: str, labels: int, most: int, job: tuple[str, int, str]) -> dic
         "before": {"accuracy_optimal_all": start.accuracy_optimal_all, "success": start.success},
         **lesson.row(learnt),
     }
+
+
+@lru_cache(maxsize=1)
+def begun(folder: str, labels: int, learner: str, seed: int) -> tuple[Lesson, Callable[[], Result]]:
+    """A lesson before its first question, and what the first training led to, trained for once."""
+    # Answers count one by one: rules would settle a hundred states with a dozen of them.
+    way = ASKING[learner].with_learning(demonstrations=labels, least_purity=1.0)
+    lesson = Lesson.begin(shared_teacher(folder), way, seed)
+    return lesson, cache(lambda: lesson.learn(0))
 
 
 def compared(rows: Sequence[dict[str, Any]], learner: str, strategy: str) -> dict[str, Any]:

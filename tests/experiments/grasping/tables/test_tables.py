@@ -109,9 +109,31 @@ def test_gains_are_measured_on_the_same_seeds(monkeypatch):
     assert wrong["thesis"]["success_mdp"] != wrong["mask"]["success_mdp"]
 
 
-def test_questions_are_compared_with_random_ones_seed_by_seed(monkeypatch):
-    asking = {"likelihood": short(questions.ASKING["likelihood"])}
+def shortly(monkeypatch):
+    asking = {name: short(learner) for name, learner in questions.ASKING.items()}
     monkeypatch.setattr(questions, "ASKING", asking)
+    questions.begun.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("learner", "strategies"),
+    [("likelihood", ("random", "vote_entropy", "visited_and_diverse")), ("default", ("random",))],
+)
+def test_strategies_that_share_a_first_training_come_to_the_same_as_alone(
+    monkeypatch, learner, strategies, teacher
+):
+    shortly(monkeypatch)
+    shared = [questions.asked(FOLDER, 20, 40, (learner, 0, each)) for each in strategies]
+    way = questions.ASKING[learner].with_learning(demonstrations=20, least_purity=1.0)
+    for row in shared:
+        lesson = Lesson.begin(teacher, way, 0)
+        alone = lesson.row(lesson.learn(40, row["strategy"]))
+        assert {name: row[name] for name in alone} == alone
+        assert row["before"]["success"] == lesson.curve[0].success
+
+
+def test_questions_are_compared_with_random_ones_seed_by_seed(monkeypatch):
+    shortly(monkeypatch)
     jobs = [("likelihood", seed, s) for seed in (0, 1) for s in ("random", "margin")]
     rows = [questions.asked(FOLDER, 20, 50, job) for job in jobs]
     assert all(row["labels"] == 50 for row in rows)

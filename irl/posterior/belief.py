@@ -15,6 +15,7 @@ from irl.demonstrations import Demonstrations
 from irl.posterior.evidence import BETAS, EPSILONS, Evidence
 from irl.posterior.goals import Goal
 from irl.posterior.plans import HardPlans
+from irl.posterior.shares import stands_for
 
 SIZES = np.array([0.0, *(0.01 * 2 ** (np.arange(13) / 2))])
 """Sizes that a cost may have, where a goal is worth 1. Twice as coarse, the nearest would still get
@@ -53,6 +54,7 @@ class Belief:
         self.f = np.zeros((n_states, 0), dtype=np.float32)
         self.log_likelihood = np.zeros((0, BETAS.size, EPSILONS.size))
         self.evidence = Evidence.of(plans.model, Demonstrations.empty())
+        self._stands_for = np.ones(0)
         self._known: set[bytes] = set()
         self._goal_keys: dict[bytes, int] = {}
 
@@ -94,6 +96,7 @@ class Belief:
         self.f = np.concatenate([self.f, f], axis=1)
         said = self._weigh(goal, level, f)
         self.log_likelihood = np.concatenate([self.log_likelihood, said])
+        self._stands_for = stands_for(self.goal, self.level, SIZES.size - 1)
 
     def _weigh(self, goal: np.ndarray, level: np.ndarray, f: np.ndarray) -> np.ndarray:
         pairs, said = self.evidence.pairs, []
@@ -135,7 +138,8 @@ class Belief:
     @property
     def _joint(self) -> np.ndarray:
         """Logarithm of prior times likelihood, ``[n, betas, epsilons]``."""
-        return self.log_likelihood + LOG_PRIOR[self.level].sum(axis=1)[:, None, None]
+        prior = LOG_PRIOR[self.level].sum(axis=1) + np.log(self._stands_for)
+        return self.log_likelihood + prior[:, None, None]
 
     @property
     def weight(self) -> np.ndarray:

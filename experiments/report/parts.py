@@ -247,7 +247,7 @@ PARTS: Sequence[Part] = (
         "grasping/planning",
         "One trajectory, and labels often wrong: planning",
         ("grasping", "planning"),
-        5,
+        8,
         hidden_tables.planning,
         workers=False,
     ),

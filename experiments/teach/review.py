@@ -166,15 +166,21 @@ def _share(successes: int, trials: int) -> dict[str, Any]:
 
 def show_report(world: World, told: dict[str, Any]) -> None:
     """Print a report."""
+    for line in in_words(world, told):
+        print(line)
+
+
+def in_words(world: World, told: dict[str, Any]) -> list[str]:
+    """A report, line by line."""
     seen = told["coverage"]
-    print(
-        f"{told['answers']} answers in {seen['trajectories']} trajectories; {seen['states']} states"
-        f" shown, {seen['share']:.2%} of those that can be got to"
-    )
     parts = ", ".join(f"{name} {n} of {of}" for name, (n, of) in seen["factors"].items())
-    print(f"of what states have in common: {parts}")
+    lines = [
+        f"{told['answers']} answers in {seen['trajectories']} trajectories; {seen['states']:,} "
+        f"states shown, {seen['share']:.2%} of those that can be got to",
+        f"of what states have in common: {parts}",
+    ]
     if told["seconds"]:
-        print(
+        lines.append(
             "an answer took {median:.1f} s, one in ten above {p90:.1f} s".format(**told["seconds"])
         )
     for name, words in (
@@ -183,19 +189,20 @@ def show_report(world: World, told: dict[str, Any]) -> None:
     ):
         if told[name]:
             low, high = told[name]["interval"]
-            print(
+            lines.append(
                 f"{told[name]['agreed']} of {told[name]['answers']} answers {words} "
                 f"[{low:.0%}, {high:.0%}]"
             )
     for row in told["contradictions"][:LISTED]:
         actions = " / ".join(map(world.say_action, row["actions"]))
-        print(f"contradiction ({row['kind']}), {world.say_state(row['state'])}: {actions}")
+        lines.append(f"contradiction ({row['kind']}), {world.say_state(row['state'])}: {actions}")
     odd = the_odd(told["at_odds"])
     if odd:
-        print(f"{len(odd)} answers are at odds with the rest; the oddest:")
-    for row in odd[:LISTED]:
-        print(
-            f"  answer {row['answer']}: {world.say_state(row['state'])} → "
-            f"{world.say_action(row['action'])} ({row['ratio']:.1e} as likely as "
-            f"{world.say_action(row['likeliest'])})"
-        )
+        lines.append(f"{len(odd)} answers are at odds with the rest; the oddest:")
+    lines += [
+        f"  answer {row['answer']}: {world.say_state(row['state'])} → "
+        f"{world.say_action(row['action'])} ({row['ratio']:.1e} as likely as "
+        f"{world.say_action(row['likeliest'])})"
+        for row in odd[:LISTED]
+    ]
+    return lines

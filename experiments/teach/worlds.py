@@ -39,6 +39,7 @@ class World:
         state_words: says a state.
         action_words: says an action.
         cluster_words: says a cluster.
+        example: a goal that somebody may have, in words.
     """
 
     name: str
@@ -48,6 +49,7 @@ class World:
     state_words: Callable[[int], str]
     action_words: Callable[[int], str]
     cluster_words: Callable[[str], str]
+    example: str
 
     @property
     def model(self) -> TransitionModel:
@@ -98,6 +100,7 @@ def robot_world(folder: Path) -> World:
         words.describe_state,
         words.describe_action,
         words.describe_cluster,
+        "the cube at the back with red up",
     )
 
 
@@ -128,4 +131,5 @@ def grid_world(size: int) -> World:
         lambda state: f"column {x[state] + 1}, row {y[state] + 1}",
         lambda action: ACTIONS[action],
         lambda name: f"the cells {name} of the middle",
+        "the cell in the middle",
     )

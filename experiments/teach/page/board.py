@@ -90,7 +90,7 @@ class Board:
             rows = [[a if a is None else option(a, _ARROWS[a]) for a in row] for row in arrows]
             return [{"name": "move", "rows": rows, "map": True}, done]
         held = state != LOST and State.from_index(state).is_grasp
-        here = State.from_index(state).position if held else -1
+        here = -1 if state == LOST else State.from_index(state).position
         maps = [_map(layer, here, option) for layer in (0, 1)]
         hands = [_hands(Kind.GRASP, option), _hands(Kind.ROTATE, option)]
         drop = option(Action(Kind.DROP).index, "let go")

@@ -3,6 +3,7 @@
 It owns no truth. What it needs it is told, from the lesson; if it dies, another one begins anew.
 """
 
+import os
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from typing import Any
@@ -12,6 +13,9 @@ from experiments.teach.worlds import World
 from irl.demonstrations import Demonstrations
 from irl.lesson_events import Event
 from irl.student import Learnt, Order, Student, StudentConfig
+
+_BEHIND = 10
+"""How far it steps back, as `nice` counts it, where somebody waits for the page."""
 
 
 class ProcessLearner:
@@ -98,6 +102,7 @@ def _work(
     import torch  # noqa: PLC0415 - the server does not wait for it
 
     torch.set_num_threads(1)
+    os.nice(_BEHIND)
     student = Student(build(*arguments).subject, config, initial)
     events: list[Event] = []
     while True:

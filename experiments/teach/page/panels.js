@@ -23,7 +23,7 @@ export default {
     <div v-if="tab === 'f'" class="pane" data-teach="given">
       <div v-if="!panels.given.words" class="soft">
         <p>I know what comes of my actions, and nothing of what you want. Think of a goal of your own, such as
-          the cube at the back with red up, and show me:</p>
+          {{ panels.example }}, and show me:</p>
         <p>1. Choose an action with the arrow keys or the mouse. <kbd>space</kbd> previews it.</p>
         <p>2. <kbd>enter</kbd> tells me. I do it, and ask about the state that it led to.</p>
         <p>3. Once things are as you want them: <kbd>d</kbd> <kbd>enter</kbd>, nothing to do here.</p>
@@ -58,10 +58,11 @@ export default {
       <p v-if="wanted" data-teach="wanted">Advice here would tell me most now. The question above waits.</p>
       <p v-else class="soft">Advice holds in many states at once. Choose what they have in common:</p>
       <div class="chips clusters"><button v-for="each in panels.clusters" :aria-pressed="chosen.includes(each.name)"
-          :data-cluster="each.name" @click="pick(each.name)">{{ each.words }} <small>{{ each.count }}</small></button></div>
+          :data-cluster="each.name" @click="pick(each.name)">{{ each.words }} <small>{{ each.count.toLocaleString("en") }}</small></button></div>
       <template v-if="group">
         <p data-teach="group">In every state where <b>{{ group.words }}</b> (<span data-teach="count">{{ group.count.toLocaleString("en") }}</span>):</p>
         <div class="pictures small"><span v-for="each in group.pictures" v-html="each"></span></div>
+        <p class="soft">Click once what to prefer there, twice what to avoid:</p>
         <div class="chips actions"><button v-for="each in group.actions" :class="STATES[advice[each.a] ?? 0]"
             :data-advise="each.a" :title="STATES[advice[each.a] ?? 0] || 'neither'" @click="turn(each.a)">
             {{ {prefer: "+ ", avoid: "− "}[STATES[advice[each.a] ?? 0]] ?? "" }}{{ each.w }}</button></div>
@@ -82,12 +83,13 @@ export default {
             <g v-for="(each, i) in episodes"><rect class="all" :x="each.x" :y="60 - each.steps" :width="each.w" :height="each.steps"/>
             <rect class="asked" :x="each.x" :y="60 - each.asked" :width="each.w" :height="each.asked"/></g></svg></figure>
       </div>
-      <p class="soft">{{ progress.answers }} answers, {{ progress.rounds }} rounds of learning with {{ progress.learner }}<span v-if="progress.learning"> · learning …</span></p>
+      <p class="soft">{{ progress.answers }} answers, {{ progress.rounds }} round{{ progress.rounds === 1 ? "" : "s" }} of learning with {{ progress.learner }}<span v-if="progress.learning"> · learning …</span></p>
       <label class="switch"><input type="checkbox" :checked="state.alone" data-do="alone" @change="say({kind: 'alone', on: $event.target.checked})">
         act on your own while you are sure</label>
       <label class="switch"><input type="checkbox" :checked="state.leads" data-do="lead" @change="say({kind: 'lead', on: $event.target.checked})">
         choose yourself between states, trajectories and advice</label>
       <button data-do="begin" @click="say({kind: 'begin'})">A new trajectory from the start</button>
+      <ul v-if="panels.report.length" class="report soft" data-teach="report"><li v-for="line in panels.report">{{ line }}</li></ul>
     </div>
 
     <div v-if="tab === 'h'" class="pane" data-teach="said">
@@ -173,9 +175,12 @@ export default {
     open(key, focus) {
       this.tab = key;
       if (key === "h") this.say({ kind: "odd" });
-      if (focus)
-        this.$nextTick(() => (this.$el.querySelector(".pane :is(button, input, select)")
-          ?? this.$el.querySelector("nav [aria-selected=true]")).focus());
+      if (!focus) return;
+      this.$nextTick(() => {
+        this.$el.scrollIntoView({ block: "end" });
+        (this.$el.querySelector(".pane :is(button, input, select)")
+          ?? this.$el.querySelector("nav [aria-selected=true]")).focus({ preventScroll: true });
+      });
     },
     adviseOn(name, focus) {
       this.offered.add(name);
@@ -229,6 +234,7 @@ export default {
     },
     line(points) {
       const most = Math.max(1, ...points.map((p) => p[0]));
+      if (points.length === 1) points = [[0, points[0][1]], points[0]];
       return points.map(([x, y]) => `${((160 * x) / most).toFixed(1)},${(59 - 58 * y).toFixed(1)}`).join(" ");
     },
   },

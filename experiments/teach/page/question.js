@@ -97,6 +97,9 @@ export default {
     "question.token"() {
       this.fresh();
     },
+    "question.favourite"() {
+      if (this.selected === null) this.preselect(); // it was learnt while the question stood there
+    },
     "state.acks": {
       deep: true,
       handler(acks) {
@@ -123,11 +126,15 @@ export default {
   },
   methods: {
     fresh() {
+      this.preselect();
+      if (!document.activeElement?.closest(".own-keys")) this.$el.scrollIntoView({ block: "start" });
+      this.reason = "";
+      this.since = performance.now();
+    },
+    preselect() {
       const favourite = this.question?.favourite;
       const ok = this.options.some((o) => o.a === favourite && !o.no);
       this.selected = ok ? favourite : null;
-      this.reason = "";
-      this.since = performance.now();
     },
     rank(action) {
       const place = this.question.top.findIndex((each) => each.a === action);

@@ -15,6 +15,7 @@ from experiments.teach.page.board import Board
 from experiments.teach.page.hearing import Hearing
 from experiments.teach.page.motions import Motions
 from experiments.teach.page.playing import Playing
+from experiments.teach.review import in_words, report
 from experiments.teach.shown import Shown
 from irl.lesson_events import DONE
 from models.errors import ModelError
@@ -52,6 +53,7 @@ class Room:
         self._progressed: tuple[Any, Plain] = (None, {})
         self._snapshot: tuple[int, Plain] = (-1, {})
         self._policy: Any = None
+        self._report: list[str] = []
 
     def hear(self, message: Plain) -> Plain:
         """Do what a window says, see `Hearing.hear`."""
@@ -100,6 +102,8 @@ class Room:
                 "said": panels.said(desk),
                 "odd": panels.odd(desk),
                 "clusters": panels.clusters(desk),
+                "example": desk.world.example,
+                "report": self._report,
             },
             "progress": self._progress(),
         }
@@ -173,6 +177,7 @@ class Room:
     def _settle(self) -> None:
         """Say what the last answer changed, once something was learnt from it."""
         before, self._policy = self._policy, self.desk.policy
+        self._report = in_words(self.desk.world, report(self.desk, odd=False))
         if self.given and "learnt" not in self.given:
             changed = panels.difference(self.desk, before, self.motions.picture)
             self.given = self.given | changed  # another one: what was sent is compared with it

@@ -280,7 +280,7 @@ def _furnish(meshcat: Meshcat) -> None:
     meshcat.SetProperty("/Background/<object>", "top_color", [0.97, 0.98, 0.99])
     meshcat.SetProperty("/Background/<object>", "bottom_color", [0.80, 0.83, 0.87])
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 1.1)
-    meshcat.SetProperty("/Cameras/default/rotated/<object>", "zoom", 1.15)
+    meshcat.SetProperty("/Cameras/default/rotated/<object>", "zoom", 1.0)
     meshcat.SetCameraPose(*CAMERA)
     x, y, z = np.array([0.475, 0.525, 0.575, 0.625]), np.array([-0.15, -0.05, 0.05, 0.15]), 0.5012
     start = [*((a, y[0], z) for a in x), *((x[0], b, z) for b in y)]

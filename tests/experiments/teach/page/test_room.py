@@ -205,6 +205,9 @@ def test_what_rules_would_label_too_is_shown_in_pictures_and_can_be_refused(tmp_
         action = int(asked.feasible[0])  # a grasp, which is as good at other places
         await say(room, 1, kind="answer", question=asked.token, action=action)
         assert [asked.state, asked.state + 1] in viewer.shown  # ghosts of what may come of it
+        lower, upper = (np.ravel(group["rows"]) for group in room.board.groups(0, set())[:2])
+        assert [each["here"] for each in lower] == [k == 0 for k in range(9)]  # where the cube lies
+        assert not any(each["here"] for each in upper)
         given = room.snapshot()["panels"]["given"]
         assert given["count"] > len(given["follows"]) > 0
         assert len(given["follows"]) <= 6
@@ -266,6 +269,8 @@ def test_answers_that_disagree_with_the_rest_are_listed_and_changed_from_there(w
         await say(room, "slip", kind="answer", question=asked.token, action=int(slip))
         await say(room, "look", kind="odd")
         room.tick()
+        report = room.snapshot()["panels"]["report"]
+        assert any("answers in" in line for line in report)
         told = room.snapshot()["panels"]["odd"]
         (row, *_) = told["rows"]
         number = max(n for n, each in desk.taught.answers.items() if each.state == asked.state)

@@ -1,11 +1,27 @@
 """The page, as a person uses it to teach the grid: by the keyboard, in a real browser."""
 
 import json
+import subprocess
+import sys
 import time
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("nicegui")
+
+from experiments.teach.worlds import grid_world
+from irl.active import ActiveConfig, active_fa_mlirl
+from irl.lesson import Lesson
+from irl.lesson_events import DONE, Result
+from irl.lesson_replay import config_of
+from irl.lesson_taught import Taught
+from irl.policy import Policy
+from irl.session import policy_hash
+from irl.teacher import Teacher
+
+ROOT = Path(__file__).resolve().parents[4]
 
 SIDE = 7
 GOAL = 24  # the middle of the grid
@@ -48,7 +64,7 @@ def wait_for_learning(one, rounds=1):
     one.press("g")
     one.wait_for(
         "([n]) => +(document.querySelector('[data-teach=progress]')?.innerText"
-        ".match(/(\\d+) rounds/)?.[1] ?? 0) >= n",
+        ".match(/(\\d+) rounds?/)?.[1] ?? 0) >= n",
         rounds,
     )
     one.press("Escape")
@@ -78,6 +94,55 @@ def test_the_tutorial_from_the_first_question_until_it_is_enough(teaching, windo
     assert results[-1]["told"]["enough"]
     assert not one.errors
     assert not one.abroad
+
+
+class AsAtThePage:
+    """Shows what was answered at the page, in the same order."""
+
+    def __init__(self, answers):
+        self.left = list(answers)
+
+    def trajectory(self, state, rng, max_steps=50):
+        answer = self.left.pop(0)
+        assert answer.state == state
+        return [] if answer.action == DONE else [(state, answer.action)]
+
+
+def test_the_oracle_at_the_page_gives_the_algorithms_policy_and_the_terminal_replays_it(
+    teaching, window
+):
+    lesson = teaching("--grid", str(SIDE), "--learner", "fa_mlirl", "--synchronous").start()
+    one = window(lesson.url)
+    one.page.evaluate("window.teach.say({kind: 'alone', on: false})")
+    teach_a_trajectory(one)
+    for _ in range(3):
+        teach_once(one)
+    lesson.stop()
+    world = grid_world(SIDE)
+    with Lesson(lesson.lesson, writable=False) as kept:
+        config, taught = config_of(kept, world.subject), Taught.of(kept.events)
+        recorded = [each.policy_hash for each in kept.events if isinstance(each, Result)]
+    first = taught.run(taught.trajectories[0])
+    answers = list(taught.answers.values())
+    later = answers[[each.action for each in answers].index(DONE) + 1 :]
+    assert len(later) == 3
+    settings = ActiveConfig(**config.options, budget=len(later), cluster_query="none")
+    result = active_fa_mlirl(
+        world.subject.problem,
+        first,
+        Teacher(AsAtThePage(later)),
+        settings,
+        rng=np.random.default_rng(config.seed),
+    )
+    task_hash = world.subject.task_hash
+    policy = Policy.from_q(result.q, world.model.mask, task_hash=task_hash)
+    assert policy_hash(policy) == recorded[-1]
+    command = [sys.executable, "-m", "experiments.teach", "--grid", str(SIDE), "--terminal"]
+    told = subprocess.run(
+        [*command, "--replay", str(lesson.lesson), "--out", str(lesson.lesson.parent / "again")],
+        cwd=ROOT, capture_output=True, text=True, timeout=300, check=True,
+    ).stdout  # fmt: skip
+    assert f"round {len(recorded) - 1}: {recorded[-1]}" in told
 
 
 def test_what_was_said_is_taken_back_and_changed(teaching, window):
@@ -110,6 +175,10 @@ def test_a_slip_is_listed_as_at_odds_and_changed_from_there_by_the_keyboard(teac
     lesson = teaching("--grid", str(SIDE), "--initial", "12").start()
     one = window(lesson.url)
     one.page.evaluate("window.teach.say({kind: 'alone', on: false})")
+    one.wait_for(  # what it learns while the question stands there is preselected
+        "() => { const q = document.querySelector('[data-teach=question]').dataset;"
+        " return q.favourite !== undefined && q.chosen === q.favourite }"
+    )
     while int(one.asked("state")) == GOAL:
         teach_once(one)
     state = int(one.asked("state"))

@@ -13,7 +13,7 @@ from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.scripted import SECONDS
 from experiments.teach.worlds import robot_world
 from irl.policy import load_policy
-from tests.experiments.teach.page.waiting import enter, load
+from tests.experiments.teach.page.waiting import enter, load, right
 
 pytestmark = pytest.mark.soak
 
@@ -25,17 +25,6 @@ MOST_MEMORY, LARGEST = 600e6, 5e6
 @pytest.fixture(scope="module")
 def world():
     return robot_world(SHIPPED_TASK)
-
-
-def right(world, one, rng):
-    """What the oracle says to the question shown, the favourite if that is as good."""
-    state, favourite = int(one.asked("state")), one.asked("favourite")
-    if world.oracle.terminal[state]:
-        return -1
-    good = world.oracle.optimal_actions[state]
-    if favourite not in (None, "", "-1") and good[int(favourite)]:
-        return int(favourite)
-    return world.oracle.label(state, rng)
 
 
 def memory(pid):

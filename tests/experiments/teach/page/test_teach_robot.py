@@ -39,7 +39,7 @@ def wait_for_a_policy(one):
     one.press("g")
     one.wait_for(
         "() => +(document.querySelector('[data-teach=progress]')?.innerText"
-        ".match(/(\\d+) rounds/)?.[1] ?? 0) >= 1"
+        ".match(/(\\d+) rounds?/)?.[1] ?? 0) >= 1"
     )
     one.press("Escape", "f", "Escape")
 

@@ -14,7 +14,7 @@ same events, rounds and seed give the same policy, bit for bit.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,8 +22,9 @@ import numpy as np
 from irl.asking import as_good_as_best, toss_up
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
-from irl.lesson_events import LEARN, Advised, Answered, Event, Imported, hash_of_states
+from irl.lesson_events import DONE, LEARN, Advised, Answered, Event, Imported, hash_of_states
 from irl.lesson_taught import Taught, imported
+from irl.metrics import success_mdp
 from irl.policy import Policy
 from irl.problem import LearningProblem
 from irl.session_settled import Enough, Settled
@@ -235,8 +236,19 @@ class Session(ABC):
         return np.zeros(self.problem.model.n_states, dtype=bool)
 
     def enough(self) -> Enough:
-        """Whether it has learnt enough; here by a stand-in, that the policy stopped changing."""
-        return self._settled.enough()
+        """Whether it has learnt enough; here by a stand-in, that the policy stopped changing.
+
+        ``reached`` among its figures is the probability of coming to where runs ended, in the
+        model, mean over the starts.
+        """
+        told, model = self._settled.enough(), self.problem.model
+        said = [a.state for a in self.taught.answers.values() if a.action == DONE]
+        ends = np.union1d(self.state.labels.ends[:, 2], np.array(said, dtype=np.int64))
+        if not (self.rounds and ends.size):
+            return told
+        action = Policy.from_q(self.q, model.mask).action
+        reached = success_mdp(model, action, ends, self.problem.start_states)
+        return replace(told, figures=told.figures | {"reached": reached})
 
     def policy(self, *, task_hash: str = "", seed: int = 0) -> Policy:
         """The policy after the last round.

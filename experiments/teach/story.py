@@ -18,7 +18,7 @@ from experiments.teach.files import export, plain, take_in
 from experiments.teach.review import Record, report, show_report
 from experiments.teach.rounds import LocalLearner, ThreadLearner
 from experiments.teach.scripted import answer_as_the_oracle, demonstrated
-from experiments.teach.students import rules_of, student_config
+from experiments.teach.students import USE_RULES, rules_of, student_config
 from experiments.teach.terminal import teach
 from experiments.teach.worlds import World, grid_world, robot_world
 from irl.choices import Limits, Settings
@@ -65,10 +65,11 @@ class Config(Settings):
     without it episodes go on, and learning hides behind them."""
     hold_out: bool = False
     """Keep every tenth answer from the learner, to judge its policy by in the report."""
-    generalise: bool = True
+    generalise: bool = False
     """Whether rules label what follows from a grasp, a carry or a turn as well, where fa_mlirl
-    learns; the page shows six of these states, to be refused where that does not follow. The other
-    learners plan, and use no rules: of them the page shows what they do otherwise for an answer."""
+    learns; the page shows six of these states, to be refused where that does not follow. Without
+    them, where it learns more from one trajectory, and of the other learners, which plan, the page
+    shows what they do otherwise for an answer."""
     initial: Annotated[int, Limits(0, 1000)] = 0
     """How many trajectories a simulated mind shows before the first question; without any the
     lesson begins empty."""
@@ -152,10 +153,17 @@ def open_lesson(world: World, config: Config, path: Path) -> Lesson:
     """Begin a lesson, or go on with the one that is there.
 
     Raises:
-        InputError: if the file there is no lesson, or one of another learner, task or seed.
+        InputError: if the file there is no lesson, or one of another learner, task or seed, or if
+            the learner takes no labels from rules and is to.
     """
     student = student_config(config.learner, config.seed, grid=bool(config.grid))
     if config.generalise:
+        if config.learner not in USE_RULES:
+            raise InputError(
+                f"{config.learner} takes no labels from rules",
+                place="generalise: learner",
+                valid=USE_RULES,
+            )
         student = replace(student, rules=rules_of(world, config.learner))
     if not path.exists():
         rng = np.random.default_rng([config.seed, 1])

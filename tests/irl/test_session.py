@@ -161,6 +161,26 @@ def test_any_method_of_the_registry_learns_asks_and_is_sure_of_something(method)
     assert session.enough().stands_in == (method != "goal_posterior")
 
 
+@pytest.mark.parametrize("method", ["planning", "behaviour_cloning", "fa_mlirl"])
+def test_it_says_how_often_it_comes_to_where_runs_ended(method):
+    session = begin_session(SUBJECT, config(method), FIRST)
+    session.refit()
+    assert "reached" not in session.enough().figures  # nobody said that a run ended anywhere
+    session.apply([Answered(WORLD.goal_state, DONE, 50, 0)])
+    session.refit()
+    action = session.policy().action
+    chain = np.zeros((49, 49))
+    for state in range(49):
+        if state == WORLD.goal_state or action[state] < 0:
+            chain[state, state] = 1.0
+        else:
+            pair = int(WORLD.model.pair_index(state, int(action[state])))
+            chain[state] = WORLD.model.P[[pair]].toarray()[0]
+    after = np.linalg.matrix_power(chain, 20)[:, WORLD.goal_state]
+    wanted = after[PROBLEM.start_states].mean()
+    assert session.enough().figures["reached"] == pytest.approx(wanted, abs=1e-12)
+
+
 def test_a_state_put_aside_is_not_asked_about():
     for method in METHODS:
         first = begin_session(SUBJECT, config(method), FIRST)

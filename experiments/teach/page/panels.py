@@ -42,6 +42,7 @@ LAST = 40
 """So many of the last things said are shown."""
 _CURVES = {
     "predicted_success": "I expect to reach the goal",
+    "reached": "I come to where you ended",
     "predicted_accuracy": "I expect to act as you would",
     "changed": "states where I changed my mind",
 }

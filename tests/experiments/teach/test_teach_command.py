@@ -12,6 +12,7 @@ from experiments.kit.command import execute
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.story import Config, main, open_lesson
 from experiments.teach.worlds import robot_world
+from irl.errors import InputError
 from irl.lesson import Lesson
 from irl.lesson_events import Answered, Round
 from irl.lesson_replay import config_of
@@ -193,16 +194,19 @@ def test_the_terminal_asks_in_words_and_understands_words(tmp_path, capsys, monk
     assert "numbers of actions wanted" in said and "in 10 states" in said
 
 
-def test_rules_label_what_follows_where_the_learner_uses_them_unless_told_otherwise(tmp_path):
+def test_rules_label_what_follows_where_they_are_asked_for_and_the_learner_uses_them(tmp_path):
     world = robot_world(SHIPPED_TASK)
     names = tuple(n for n in world.subject.generalisation.rule_names if "drop" not in n)
     for k, (config, rules) in enumerate(
         [
-            (Config(learner="fa_mlirl"), names),
-            (Config(learner="fa_mlirl", generalise=False), ()),
+            (Config(learner="fa_mlirl", generalise=True), names),
+            (Config(learner="fa_mlirl"), ()),
             (Config(), ()),
-            (Config(learner="planning"), ()),
         ]
     ):
         with open_lesson(world, config, tmp_path / f"{k}.db") as lesson:
             assert config_of(lesson, world.subject).rules == rules and names
+    for learner in ("goal_posterior", "planning"):
+        with pytest.raises(InputError, match="fa_mlirl"):
+            open_lesson(world, Config(learner=learner, generalise=True), tmp_path / "none.db")
+    assert not (tmp_path / "none.db").exists()

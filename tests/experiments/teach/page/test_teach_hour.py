@@ -13,6 +13,7 @@ from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.scripted import SECONDS
 from experiments.teach.worlds import robot_world
 from irl.policy import load_policy
+from tests.experiments.teach.page.film import Film
 from tests.experiments.teach.page.waiting import enter, load, right
 
 pytestmark = pytest.mark.soak
@@ -20,6 +21,8 @@ pytestmark = pytest.mark.soak
 TEN_MINUTES = 600.0
 ENTER, ENTER_P99 = 0.150, 0.300
 MOST_MEMORY, LARGEST = 600e6, 5e6
+FILMED = 10
+"""Of so many answers at first a moving picture is made, and of so many moments on its own."""
 
 
 @pytest.fixture(scope="module")
@@ -41,18 +44,31 @@ def test_ten_minutes_through_the_page_are_enough_and_it_says_so(teaching, window
     """
     lesson = teaching().start()
     one = window(lesson.url)
-    rng, counted, answers = np.random.default_rng(5), 0.0, 0
+    one.page.frame_locator("iframe").locator("canvas").first.wait_for()
+    film = Film(one)
+    film.take(2.5)
+    rng, counted, answers, alone = np.random.default_rng(5), 0.0, 0, 0
     while counted < TEN_MINUTES and "I have learnt enough, because" not in told(one):
         began = time.monotonic()
         if one.phase in ("asking", "moving"):
             one.choose(right(world, one, rng))
+            if answers < FILMED:
+                film.take(0.8)
             enter(one)
+            for _ in range(4 if answers < FILMED else 0):
+                film.take(0.3)
             answers += 1
+            if answers == FILMED + 3:
+                film.advice()
             time.sleep(max(0.0, SECONDS - (time.monotonic() - began)))
             counted += SECONDS
         else:
+            if alone < FILMED:
+                alone += 1
+                film.take(0.4)
             time.sleep(0.1)
             counted += 0.1
+    film.take(4.0)
     assert "I have learnt enough, because" in told(one)
     lesson.stop()
     success = world.success(load_policy(lesson.lesson.with_name("policy.safetensors")).action)

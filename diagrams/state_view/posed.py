@@ -93,6 +93,7 @@ class StateView:
             self._plant.GetBodyByName("cube", self._plant.GetModelInstanceByName(name))
             for name in (CUBE, *names)
         )
+        self._shown: tuple[int, ...] | None = None  # as ghosts
         self.ghosts(())
         self.pose(Posture(HOME, gripper.MAX_OPENING, None))
         for name, opacity in zip(names, _GHOSTS, strict=True):
@@ -171,7 +172,11 @@ class StateView:
 
         Only as many as `_GHOSTS` has; *lost* has none.
         """
-        poses = [cube_pose(s) if s != LOST else _AWAY for s in states][: len(self._ghosts)]
+        some = tuple(states)[: len(self._ghosts)]
+        if some == self._shown:
+            return
+        self._shown = some
+        poses = [cube_pose(s) if s != LOST else _AWAY for s in some]
         poses += [_AWAY] * (len(self._ghosts) - len(poses))
         for body, X_WO in zip(self._ghosts, poses, strict=True):
             self._plant.SetFreeBodyPose(self._context, body, X_WO)

@@ -175,8 +175,8 @@ class Hearing:
     def _do_alone(self, message: Plain, token: str) -> None:
         acting = self._room.acting
         acting.allowed = bool(message["on"])
-        if not acting.allowed:
-            acting.end()
+        if not acting.allowed and acting.is_acting:
+            self._ask()
 
     def _do_on(self, message: Plain, token: str) -> None:
         """Go on to the goal without asking."""

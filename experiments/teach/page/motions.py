@@ -26,6 +26,7 @@ Then = Callable[[], None]
 
 _PLANNED = 8  # previews that are kept
 _MOVE = 0.25  # of a move on the grid [s]
+_TOLD = 0.02  # in which the page is told what changed [s]
 
 
 def _nothing() -> None:
@@ -57,10 +58,20 @@ class Motions(ABC):
             self._motion = None
 
     async def wait(self) -> None:
-        """Wait until no motion is under way."""
+        """Wait until the motion that is under way has ended, if one is."""
         if self._motion is not None:
-            with suppress(asyncio.CancelledError):
-                await asyncio.shield(self._motion)
+            await asyncio.wait([self._motion])
+
+    def soon(self, begin: Then) -> None:
+        """Begin a motion once the page has been told of whatever changed; that counts as moving."""
+
+        async def wait() -> None:
+            await asyncio.sleep(_TOLD)
+            self._motion = None
+            begin()
+
+        self.stop()
+        self._motion = asyncio.get_running_loop().create_task(wait())
 
     def show(self, state: int) -> None:
         """Show a state, in place of whatever was shown."""
@@ -116,7 +127,6 @@ class RobotMotions(Motions):
         self.stop()
         self.caption, self.odds = self._world.say_action(action), preview.odds
         self._viewer.ghosts(())
-        self._viewer.pose(preview.at(0.0))
         self._motion = asyncio.get_running_loop().create_task(self._play(preview, then))
 
     def frame(self, posture: Posture) -> None:
@@ -167,7 +177,7 @@ class RobotMotions(Motions):
             self._viewer.show(state)
 
     async def _play(self, preview: Preview, then: Then) -> None:
-        began = monotonic()
+        began = monotonic() - FRAME  # what it begins with need not be drawn once more
         while (now := monotonic() - began) < preview.duration:
             self._viewer.pose(preview.at(now))
             await asyncio.sleep(FRAME)

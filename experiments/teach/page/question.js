@@ -3,6 +3,7 @@ const TYPING = ["INPUT", "TEXTAREA", "SELECT"];
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const DONE = -1;
 const RESEND = 1500; // milliseconds after which a message that was not heard is said again
+const HURRY = 300; // milliseconds for which the view stands still, at most, until there is another question
 const BOX = "teach-outbox";
 
 export default {
@@ -95,6 +96,7 @@ export default {
   },
   watch: {
     "question.token"() {
+      window.teach.hurry = 0;
       this.fresh();
     },
     "question.favourite"() {
@@ -114,7 +116,7 @@ export default {
     } catch {
       this.box = {};
     }
-    window.teach = { say: this.say };
+    window.teach = { say: this.say, hurry: 0 };
     this.onKey = (event) => this.key(event);
     window.addEventListener("keydown", this.onKey);
     this.timer = setInterval(this.resend, 500);
@@ -208,6 +210,7 @@ export default {
     answer() {
       if (this.selected === null || !this.question) return;
       const seconds = (performance.now() - this.since) / 1000;
+      window.teach.hurry = performance.now() + HURRY;
       this.say({ kind: "answer", question: this.question.token, action: this.selected, seconds },
                "answer-" + this.question.token);
     },

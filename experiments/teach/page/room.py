@@ -50,7 +50,7 @@ class Room:
         self.given: Plain = {}
         self._hearing = Hearing(self)
         self._lookers: set[Callable[[], None]] = set()
-        self._progressed: tuple[Any, Plain] = (None, {})
+        self._made: dict[str, tuple[Any, Any]] = {}
         self._snapshot: tuple[int, Plain] = (-1, {})
         self._policy: Any = None
         self._report: list[str] = []
@@ -79,13 +79,15 @@ class Room:
         return self._snapshot[1]
 
     def _look(self) -> Plain:
-        desk, playing = self.desk, self.playing
+        desk, playing, picture = self.desk, self.playing, self.motions.picture
         asked = None if playing is None else playing.question
         question = asked or desk.question
+        said, rounds = len(desk.lesson.events), desk.rounds
+        k, leads = rounds.learnt and rounds.learnt.k, desk.asking.leads
+        once = self._once
         return {
-            "question": None
-            if question is None
-            else self.board.question(question, self.motions.picture),
+            "question": question
+            and once("question", question, lambda: self.board.question(question, picture)),
             "state": {
                 "phase": self._phase(),
                 "alone": self.acting.allowed,
@@ -93,27 +95,28 @@ class Room:
                 "canPlay": playing is not None and desk.policy is not None,
                 "acks": list(self._hearing.heard)[-20:],
                 "correcting": asked is not None,
-                "next": None if asked else panels.suggested(desk),
-                "leads": desk.asking.leads,
+                "next": None
+                if asked
+                else once("next", (said, k, leads, question), lambda: panels.suggested(desk)),
+                "leads": leads,
             },
             "view": self.motions.shown(),
             "panels": {
                 "given": self.given,
-                "said": panels.said(desk),
-                "odd": panels.odd(desk),
-                "clusters": panels.clusters(desk),
+                "said": once("said", said, lambda: panels.said(desk)),
+                "odd": once("odd", (said, rounds.looking, rounds.looked), lambda: panels.odd(desk)),
+                "clusters": once("clusters", 0, lambda: panels.clusters(desk)),
                 "example": desk.world.example,
                 "report": self._report,
             },
-            "progress": self._progress(),
+            "progress": once("progress", (said, rounds.running, k), lambda: panels.progress(desk)),
         }
 
-    def _progress(self) -> Plain:
-        learnt = self.desk.learnt
-        key = (len(self.desk.lesson.events), self.desk.rounds.running, learnt and learnt.k)
-        if key != self._progressed[0]:
-            self._progressed = key, panels.progress(self.desk)
-        return self._progressed[1]
+    def _once(self, name: str, key: Any, make: Callable[[], Any]) -> Any:
+        """A part that is made anew only where what it depends on changed."""
+        if name not in self._made or self._made[name][0] != key:
+            self._made[name] = key, make()
+        return self._made[name][1]
 
     def _phase(self) -> str:
         if self.playing is not None and self.playing.phase:
@@ -153,15 +156,19 @@ class Room:
             self.acting.begin()
             self.changed()
 
-        self.changed()  # the question first
+        def begin() -> None:
+            try:
+                self.motions.play(state, action, then)
+            except (Infeasible, ModelError) as error:
+                self.note = f"the robot finds no way to show it: {error}"
+                then()
+            self.changed()
+
         if action == DONE:
             then()
             return
-        try:
-            self.motions.play(state, action, then)
-        except (Infeasible, ModelError) as error:
-            self.note = f"the robot finds no way to show it: {error}"
-            then()
+        self.motions.soon(begin)  # the question first: to plan takes a while
+        self.changed()
 
     # --- Time -------------------------------------------------------------------------------
 

@@ -49,6 +49,7 @@ export default {
     adopt() {
       try {
         const inner = this.$refs.frame.contentWindow;
+        this.waitForQuestions(inner.viewer);
         const style = inner.document.createElement("style");
         style.textContent = HIDE;
         inner.document.head.appendChild(style);
@@ -61,6 +62,11 @@ export default {
       } catch (error) {
         console.warn("keys in the 3D view do not reach the page", error);
       }
+    },
+    // The next question comes first: a view that is drawn without a graphics card holds it up.
+    waitForQuestions(viewer) {
+      const draw = viewer.animate;
+      viewer.animate = () => performance.now() > (window.teach?.hurry ?? 0) && draw.call(viewer);
     },
     arrow({ x, y, way: [dx, dy] }) {
       const cx = x + 0.5, cy = y + 0.5, tip = [cx + 0.3 * dx, cy + 0.3 * dy];

@@ -59,7 +59,8 @@ def events(desk, kind):
 
 async def say(room, token, **message):
     reply = room.hear({"id": f"m{token}", **message})
-    await room.motions.wait()
+    for _ in range(2):  # until it begins, and until it is over
+        await room.motions.wait()
     return reply
 
 

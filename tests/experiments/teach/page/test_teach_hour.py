@@ -88,7 +88,11 @@ def told(one):
 
 def test_after_a_thousand_answers_it_is_as_quick_and_small(teaching, window, world):
     lesson = teaching("--learner", "goal_posterior").start()
-    one = window(lesson.url, size=(320, 180), scale=0.25)  # few pixels: nobody looks at them
+    one = window(lesson.url)
+    one.page.frame_locator("iframe").locator("canvas").first.wait_for()
+    one.page.evaluate(  # nobody looks at a thousand motions, and to draw them takes an hour
+        "document.querySelector('iframe').contentWindow.viewer.render = () => {}"
+    )
     one.page.evaluate("window.teach.say({kind: 'alone', on: false})")
     rng, waits, factors = np.random.default_rng(0), [], [load()]
     for number in range(1000):

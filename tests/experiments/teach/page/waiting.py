@@ -42,7 +42,7 @@ key => new Promise((resolve, reject) => {
     delete viewer.render;
     resolve(performance.now() - began);
   };
-  setTimeout(() => reject(new Error(`${key}: nothing moves`)), 60000);
+  setTimeout(() => reject(new Error(`${key}: nothing moves`)), 20000);
   window.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
 })
 """

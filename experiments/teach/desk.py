@@ -35,7 +35,7 @@ from irl.lesson_events import (
     Undo,
     hash_of_states,
 )
-from irl.lesson_standing import last_said
+from irl.lesson_standing import last_said, stands
 from irl.policy import Policy
 from irl.session import Question
 from irl.session_settled import Enough
@@ -236,7 +236,10 @@ class Desk(Notes):
         *,
         seconds: float = 0.0,
     ) -> AdviceGiven:
-        """Say, in so many seconds, what to prefer and to avoid in all states of a cluster."""
+        """Say, in so many seconds, what to prefer and to avoid in all states of a cluster.
+
+        What was said of the cluster before gives way to it: nothing at all takes it back.
+        """
         states = self._some_members(cluster)
         good, bad = sorted({int(a) for a in preferred}), sorted({int(a) for a in avoided})
         for action in [*good, *bad]:
@@ -246,8 +249,11 @@ class Desk(Notes):
             raise InputError(
                 f"action {min(set(good) & set(bad))} is both preferred and avoided", place="advice"
             )
-        taken = round(float(seconds), 3)
-        if not self._say([Advised(cluster, hash_of_states(states), good, bad, taken)], token):
+        said: Event = Advised(cluster, hash_of_states(states), good, bad, round(float(seconds), 3))
+        for number, event in stands(self.lesson.events).items():
+            if isinstance(event, Advised) and event.cluster == cluster:
+                said = Edit(number, {"preferred": good, "avoided": bad})
+        if not self._say([said], token):
             return AdviceGiven(False)
         inside = set(states.tolist())
         contradicted = tuple(

@@ -31,6 +31,7 @@ from irl.lesson_events import (
     Skipped,
     Undo,
 )
+from irl.lesson_standing import stands
 from irl.policy import Policy
 from irl.session import START
 
@@ -150,9 +151,10 @@ def said(desk: Desk) -> list[Plain]:
     """The last things said that hold, newest first."""
     world, told = desk.world, []
     undone = {e.of for e in desk.lesson.events if isinstance(e, Undo)}
+    standing = stands(desk.lesson.events)
     for number in range(len(desk.lesson.events), 0, -1):
-        event = desk.lesson.events[number - 1]
-        words = None if number in undone else _words(world, desk, number, event)
+        event = standing.get(number, desk.lesson.events[number - 1])
+        words = None if number in undone else _words(world, event)
         if words is not None:
             told.append({"number": number, **words})
             if len(told) == LAST:
@@ -160,13 +162,12 @@ def said(desk: Desk) -> list[Plain]:
     return told
 
 
-def _words(world: World, desk: Desk, number: int, event: Event) -> Plain | None:
+def _words(world: World, event: Event) -> Plain | None:
     if isinstance(event, Answered):
-        now = desk.taught.answers.get(number, event)
         return {
-            "what": world.say_action(now.action),
+            "what": world.say_action(event.action),
             "where": world.say_state(event.state),
-            "action": now.action,
+            "action": event.action,
             "editable": True,
             "note": "" if event.purpose == "learn" else event.purpose.replace("_", " "),
         }

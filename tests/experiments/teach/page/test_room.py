@@ -134,6 +134,16 @@ def test_advice_counts_the_answers_that_say_otherwise(world, tmp_path):
         await say(room, 3, kind="advise", cluster=name, preferred=[], avoided=[action])
         assert "1 of your answers" in room.snapshot()["state"]["note"]
         assert events(desk, Advised)[0].avoided == [action]
+        # What was said of a group last holds, down to nothing at all; undone, what was before.
+        first, *_ = (e for e in room.snapshot()["panels"]["said"] if e["what"].startswith("avoid"))
+        await say(room, 4, kind="advise", cluster=name, preferred=[], avoided=[])
+        assert not any(piece.avoided for piece in desk.taught.advised)
+        assert "avoid" not in str([e["what"] for e in room.snapshot()["panels"]["said"]])
+        group = (await say(room, 5, kind="group", names=[name]))["group"]
+        assert group["avoided"] == []
+        await say(room, 6, kind="undo")
+        assert [piece.avoided for piece in desk.taught.advised] == [[action]]
+        assert first in room.snapshot()["panels"]["said"]
 
     asyncio.run(lead())
 
@@ -383,10 +393,10 @@ def test_the_page_says_what_tells_most_and_advice_keeps_the_seconds_that_it_took
         assert room.snapshot()["state"]["leads"]
         await say(room, "led", kind="lead", on=False)
         assert not room.snapshot()["state"]["leads"]
-        name = next(iter(world.clusters))
-        told = {"kind": "advise", "cluster": name, "preferred": [], "avoided": []}
-        await say(room, "timed", **told, seconds=7.5)
-        await say(room, "untimed", **told, seconds=-1.0)
+        one, other, *_ = world.clusters
+        told = {"kind": "advise", "preferred": [], "avoided": []}
+        await say(room, "timed", **told, cluster=one, seconds=7.5)
+        await say(room, "untimed", **told, cluster=other, seconds=-1.0)
         assert [each.seconds for each in events(desk, Advised)] == [7.5, 0.0]
 
     asyncio.run(teach())

@@ -83,7 +83,7 @@ export default {
             <g v-for="(each, i) in episodes"><rect class="all" :x="each.x" :y="60 - each.steps" :width="each.w" :height="each.steps"/>
             <rect class="asked" :x="each.x" :y="60 - each.asked" :width="each.w" :height="each.asked"/></g></svg></figure>
       </div>
-      <p class="soft">{{ progress.answers }} answers, {{ progress.rounds }} round{{ progress.rounds === 1 ? "" : "s" }} of learning with {{ progress.learner }}<span v-if="progress.learning"> · learning …</span></p>
+      <p class="soft">{{ progress.answers }} answer{{ progress.answers === 1 ? "" : "s" }}, {{ progress.rounds }} round{{ progress.rounds === 1 ? "" : "s" }} of learning with {{ progress.learner }}<span v-if="progress.learning"> · learning …</span></p>
       <label class="switch"><input type="checkbox" :checked="state.alone" data-do="alone" @change="say({kind: 'alone', on: $event.target.checked})">
         act on your own while you are sure</label>
       <label class="switch"><input type="checkbox" :checked="state.leads" data-do="lead" @change="say({kind: 'lead', on: $event.target.checked})">

@@ -10,7 +10,12 @@ from pathlib import Path
 
 from PIL import Image
 
-WIDTH, COLOURS = 960, 96
+WIDTH, COLOURS = 960, 255
+ACCENTS = (
+    *("#1f5fbf", "#f5b301", "#157347", "#dff3e6", "#e5eefb", "#b42318"),
+    *("#d9261f", "#33a640", "#f7d126", "#f2801a", "#2961d1", "#8040a6"),
+)
+"""Colours of the page and of the cube's faces: too little of a picture to be kept otherwise."""
 
 
 class Film:
@@ -47,7 +52,15 @@ def join(folder: Path, target: Path) -> None:
         picture = Image.open(name).convert("RGB")
         size = (WIDTH, round(WIDTH * picture.height / picture.width))
         pictures.append(picture.resize(size, Image.Resampling.LANCZOS))
-    palette = pictures[len(pictures) // 2].quantize(COLOURS)
+    some = pictures[:: max(1, len(pictures) // 4)]
+    width, height = some[0].size
+    sheet = Image.new("RGB", (width, height * (len(some) + 1)))
+    for k, picture in enumerate(some):
+        sheet.paste(picture, (0, k * height))
+    for k, colour in enumerate(ACCENTS):
+        strip = (width // len(ACCENTS) * k, height * len(some), width, height * (len(some) + 1))
+        sheet.paste(colour, strip)
+    palette = sheet.quantize(COLOURS, method=Image.Quantize.MEDIANCUT)
     frames = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
     durations = [int(name.stem.rpartition("_")[2]) for name in names]
     frames[0].save(

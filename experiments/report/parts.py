@@ -134,6 +134,8 @@ class Kept:
         on = {"task": shipped_task()} if part.on_task else {}
         with atomic_path(self.folder / MADE) as path:
             write_json(path, {"command": part.as_typed, **on, **machine()})
+        for read_before in ("result", "made"):
+            self.__dict__.pop(read_before, None)
 
 
 def _rounded(number: str) -> float:

@@ -174,6 +174,24 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
     assert "| fixed number | 0 | 0 |  |  |  |" in text
 
 
+def test_what_was_measured_on_other_task_data_is_not_said_to_be_once_it_is_made_anew(
+    tmp_path, results
+):
+    (part,) = (part for part in PARTS if part.name == "grasping/table")
+    kept = Kept(results / "grasping" / "table")
+    made = results / "grasping" / "table" / MADE
+    made.write_text(json.dumps({**json.loads(made.read_text()), "task": "0" * 64}))
+    assert "other task data" in kept.lacks(part)
+    out = tmp_path / "made"
+    out.mkdir()
+    (out / RESULT).write_text(json.dumps({**TABLE, "anew": True}))
+    for name, _ in part.pictures:
+        (out / name).write_bytes(b"")
+    kept.keep(part, out)
+    assert kept.lacks(part) == ""
+    assert kept.result["anew"]
+
+
 def test_a_claim_about_rows_that_were_not_measured_says_so(tmp_path, results):
     ours = [row for row in TABLE["rows"] if row["method"] == "fa_mlirl"]
     kept = results / "grasping" / "table" / RESULT

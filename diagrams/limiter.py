@@ -14,8 +14,10 @@ _CRUISE = 0.98
 """Share of the speed limit at which a limited reference goes: joints that follow it swing by 1.3 %
 of their limit around its speed."""
 LEAD = 0.012
-"""From a joint to its reference at most [rad]. At the arm's limits of acceleration, with 0.5 kg in the
-hand, a joint whose torque suffices is behind by 0.008; this much asks for all the torque there is."""
+"""From a joint to its reference at most [rad].
+
+At the arm's limits of acceleration, with 0.5 kg in the hand, a joint whose torque suffices is
+behind by 0.008; this much asks for all the torque there is."""
 
 
 class Limiter:

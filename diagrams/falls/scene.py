@@ -26,7 +26,7 @@ from pydrake.multibody.plant import (
     CoulombFriction,
     MultibodyPlant,
 )
-from pydrake.multibody.tree import SpatialInertia, UnitInertia
+from pydrake.multibody.tree import SpatialInertia, UniformGravityFieldElement, UnitInertia
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
@@ -41,8 +41,16 @@ ACCURACY = 1e-6
 LONGEST_STEP = 0.0047
 """Of the integrator [s]. No period is a multiple of it: what rounding would leave of one is a step
 of 1e-16 s, after which velocities mean nothing."""
+SETTLING = 1e-4
+"""Accuracy that is enough for a cube that cannot get onto another face any more. Of 48 cubes
+let go over the table each kept its face with it, and came to rest within 1.6 mm of where it does
+without, 0.2 mm in the median, in half the processor time."""
 AT_REST = 1e-4
 """How far a cube at rest moves at most while it is looked at (`travel`) [m]."""
+_ENOUGH = 0.5
+"""Of the energy that takes a cube over an edge; with less it stays on its face, even where its
+contact has some of it as well."""
+_CUBE = UnitInertia.SolidCube(CUBE_EDGE)
 _BASE = SpatialInertia(1e6, np.zeros(3), UnitInertia(1.0, 1.0, 1.0))
 _FINGER = SpatialInertia(1e3, np.zeros(3), UnitInertia(1.0, 1.0, 1.0))
 _FINGERS = [
@@ -111,6 +119,7 @@ class Fall:
         friction: float,
         mass: float,
         restitution: float,
+        settles: bool = False,
     ) -> None:
         """Let go of it.
 
@@ -121,11 +130,12 @@ class Fall:
             friction: coefficient, of everything.
             mass: of the cube [kg].
             restitution: of cube and table, as `set_restitution` takes it.
+            settles: whether `SETTLING` is enough while the cube cannot turn over.
 
         Raises:
             SimulatorFault: if Drake cannot begin there.
         """
-        self._scene = scene
+        self._scene, self._settles, self._turned_over = scene, settles, True
         with _quiet():
             self._simulator = Simulator(scene.diagram)
         root = self._simulator.get_mutable_context()
@@ -158,12 +168,26 @@ class Fall:
         V_WB = SpatialVelocity(turn.axis() * turn.angle() / seconds, way / seconds)
         scene.plant.SetFreeBodyPose(context, scene.base, hand.X_WB)
         scene.plant.SetFreeBodySpatialVelocity(context=context, body=scene.base, V_JpJc=V_WB)
+        if self._settles:
+            # Twice, for in the midst of a blow a cube has neither height nor speed.
+            could, self._turned_over = self._turned_over, self._can_turn_over()
+            fine = could or self._turned_over
+            accuracy = scene.accuracy if fine else max(scene.accuracy, SETTLING)
+            self._simulator.get_mutable_integrator().set_target_accuracy(accuracy)
         rate = (then.knuckle - hand.knuckle) / seconds
         for joint, multiplier in zip(scene.joints, gripper.MULTIPLIERS, strict=True):
             joint.set_angle(context, hand.knuckle * multiplier)
             joint.set_angular_rate(context, rate * multiplier)
         with simulating():
             self._simulator.AdvanceTo(self._simulator.get_context().get_time() + seconds)
+
+    def _can_turn_over(self) -> bool:
+        """Whether the cube has most of the energy that takes it over an edge."""
+        V_WO, turns = self.V_WO, _CUBE.get_moments()[0]
+        speed, rate = (np.linalg.norm(v) for v in (V_WO.translational(), V_WO.rotational()))
+        moves = (speed**2 + turns * rate**2) / 2 / UniformGravityFieldElement.kDefaultStrength
+        height = self.X_WO.translation()[2] - TABLE_TOP - CUBE_EDGE / 2
+        return bool(height + moves > _ENOUGH * (np.sqrt(2.0) - 1.0) * CUBE_EDGE / 2)
 
     @property
     def X_WO(self) -> RigidTransform:

@@ -139,6 +139,7 @@ class StationSimulator:
             friction=friction_of(self._plant, self._context),
             mass=self._cube.get_mass(self._context),
             restitution=self._restitution,
+            settles=True,
         )
         self._seen = self._root.get_time(), X_WO
 

@@ -19,11 +19,18 @@ def scene():
     return FallScene(edge=True)
 
 
-def let_go(scene, R_WO, height=0.08, V_WO=None, x=X):
+def let_go(scene, R_WO, height=0.08, V_WO=None, x=X, settles=False):
     """A cube whose lowest point is so high above the table."""
     z = TABLE_TOP + 0.02 * np.abs(R_WO[2]).sum() + height
     X_WO = RigidTransform(RotationMatrix(R_WO), [x, Y, z])
-    return Fall(scene, X_WO, V_WO or SpatialVelocity.Zero(), **MATERIAL)
+    return Fall(scene, X_WO, V_WO or SpatialVelocity.Zero(), **MATERIAL, settles=settles)
+
+
+def rest(fall):
+    """Where a cube lies after a second, and how many steps the integrator took."""
+    for _ in range(100):
+        fall.advance(0.01, AWAY, AWAY)
+    return fall.X_WO, fall._simulator.get_integrator().get_num_steps_taken()
 
 
 def test_a_level_cube_rebounds_by_its_restitution(scene):
@@ -84,6 +91,31 @@ def test_a_hand_that_opens_does_not_move_a_cube_it_does_not_touch(scene):
     near.advance(0.3, Hand(above, 0.4), Hand(above, 0.0))
     # The integrator's steps differ.
     assert travel(far.X_WO, near.X_WO) < 5e-4
+
+
+@pytest.mark.parametrize("tilt", [0.02, 0.1, 0.5])
+def test_a_cube_that_settles_keeps_face_and_place_for_fewer_steps(scene, tilt):
+    R_WO = RotationMatrix.MakeYRotation(tilt).matrix()
+    fine, steps = rest(let_go(scene, R_WO))
+    settled, fewer = rest(let_go(scene, R_WO, settles=True))
+    assert travel(fine, settled) < 3e-3
+    assert fewer < 0.7 * steps
+
+
+@pytest.mark.parametrize("share, turns_over", [(0.4, False), (0.6, True)])
+@pytest.mark.parametrize("form", ["height", "speed", "rate"])
+def test_what_takes_a_cube_over_an_edge_is_energy_of_any_form(scene, form, share, turns_over):
+    """Of m·g·(a/√2 − a/2), by which the centre rises on the way over an edge."""
+    barrier = 0.04 * (np.sqrt(0.5) - 0.5)
+    speed = np.sqrt(2 * 9.81 * barrier * share)
+    rate = speed / np.sqrt(0.04**2 / 6)
+    V_WO = {
+        "speed": SpatialVelocity([0.0, 0.0, 0.0], [speed, 0.0, 0.0]),
+        "rate": SpatialVelocity([0.0, rate, 0.0], [0.0, 0.0, 0.0]),
+    }
+    height = share * barrier if form == "height" else 0.0
+    fall = let_go(scene, np.eye(3), height, V_WO.get(form))
+    assert fall._can_turn_over() is turns_over
 
 
 def test_no_time_is_no_motion(scene):

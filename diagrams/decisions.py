@@ -50,6 +50,7 @@ class By(StrEnum):
     POLICY = "policy"
     FORECAST = "forecast"
     UNTRIED = "untried"
+    RELEASE = "release"
     PERSON = "person"
 
 

@@ -9,16 +9,19 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
 from diagrams.action_executor import PERIOD, Execution
-from diagrams.decisions import By, Decision, Sight, Step
+from diagrams.decisions import By, Choice, Decision, Sight, Step
 from diagrams.execution.watches import LOOK
 from diagrams.state_identifier import identify_state
-from models.task.spaces import N_FREE
+from models.task.spaces import N_FREE, Action, Kind
 from models.task.tracking import NOTHING, InHand
 
 SETTLE = 0.5
 """From the end of an action's motion until its outcome is read [s]."""
 LOOKS_AGAIN = 4
 """How often the controller waits as long once more for a cube that seems to be nowhere."""
+CLAMPED = 0.06
+"""So near to the tool centre point a cube that is neither held nor free may be clamped askew
+between fingers and table [m]."""
 
 
 class Verdict(StrEnum):
@@ -84,6 +87,9 @@ class PolicyController(LeafSystem):
     held. A decision that goes by the state's name alone needs no poses; one that goes by them has
     the state named by what is believed. `told` is the index of an action that somebody outside asks
     for, −1 for none; nothing asks where it is not connected, and only `Correctable` obeys.
+
+    A cube that stays nowhere is *lost*. One beside the tool centre point may be clamped, so the
+    fingers let go of it first, unless the decision goes by the state's name alone.
     """
 
     def __init__(
@@ -175,8 +181,13 @@ class PolicyController(LeafSystem):
         if state in self._goals and state == sight.state:
             return replace(over, verdict=Verdict.GOAL)
         if state == self._lost:
-            return replace(over, verdict=Verdict.LOST)
-        choice = self._decision.choose(sight, steps)
+            clamped = self._clamped(context, sight, steps)
+            if clamped is None:
+                return replace(over, verdict=Verdict.LOST)
+            over = replace(over, state=clamped)
+            choice: Choice | None = Choice(Action(Kind.DROP).index, By.RELEASE)
+        else:
+            choice = self._decision.choose(sight, steps)
         if choice is None:
             failed = bool(steps and steps[-1].failure)
             return replace(over, verdict=Verdict.INFEASIBLE if failed else Verdict.NO_ACTION)
@@ -190,6 +201,17 @@ class PolicyController(LeafSystem):
             action=choice.action,
             chosen_by=choice.by,
         )
+
+    def _clamped(self, context: Context, sight: Sight, steps: tuple[Step, ...]) -> int | None:
+        """Held state that a lost cube is nearest to, None if it is not clamped.
+
+        Nor is it after fingers have opened in vain.
+        """
+        if sight.X_WO is None or (steps and steps[-1].chosen_by == By.RELEASE):
+            return None
+        X_WG = self._tcp.Eval(context)
+        distance = np.linalg.norm(sight.X_WO.translation() - X_WG.translation())
+        return identify_state(sight.X_WO, X_WG, True) if distance <= CLAMPED else None
 
     def _look(self, context: Context, episode: Episode) -> Episode:
         """What is known of the cube's pose after one more look, where it is measured."""

@@ -36,6 +36,7 @@ CHOSEN = {
     By.POLICY: "as the policy says",
     By.FORECAST: "by forecast, in place of the policy's",
     By.UNTRIED: "not tried here yet",
+    By.RELEASE: "to free a cube that is clamped",
     By.PERSON: "as a person asks",
 }
 """What chose an action, in words."""

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue, Value
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
@@ -9,9 +10,12 @@ from diagrams.action_executor import Execution
 from diagrams.decisions import By, Choice, Correctable, Table
 from diagrams.policy_controller import PolicyController, Verdict
 from models.motion.failures import ActionFailure
+from models.task import spaces
+from models.task.discretise import nearest_column
 
 LOST, GOAL, STUCK = 5, 3, 4
 POLICY = np.array([0, 1, 2, 0, -1, -1])
+DROP = spaces.Action(spaces.Kind.DROP).index
 
 
 class World(LeafSystem):
@@ -167,3 +171,80 @@ def test_what_could_not_even_be_planned_does_not_count_as_an_action():
     assert (found.verdict, len(found.steps)) == (Verdict.INFEASIBLE, 3)
     ended = episode(0, {0: 0}, ActionFailure.GRIP_LOST, max_actions=1, decision=Second())
     assert (ended.verdict, len(ended.steps)) == (Verdict.OUT_OF_ACTIONS, 1)
+
+
+class Hand(LeafSystem):
+    """A hand over the table's middle, and a cube that is raised beside it until it opens.
+
+    Args:
+        beside: how far off the cube is [m].
+        falls: whether it then falls to the table.
+    """
+
+    def __init__(self, beside, falls):
+        super().__init__()
+        request = self.DeclareVectorInputPort("request", 2)
+        asked = self.DeclareDiscreteState([0.0, -1.0])
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            0.01, 0.0, lambda context, values: values.set_value(asked, request.Eval(context))
+        )
+
+        def cube(context, output):
+            opened = context.get_discrete_state(asked).value()[0] > 0
+            raised = 0.0 if opened and falls else 0.012
+            output.set_value(RigidTransform([0.55 + beside, 0.0, spaces.REST_HEIGHT + raised]))
+
+        def hand(_, output):
+            R_WG = spaces.R_WG[spaces.VERTICAL[0]]
+            output.set_value(RigidTransform(RotationMatrix(R_WG), [0.55, 0.0, 0.54]))
+
+        def execution(context, output):
+            sequence, action = context.get_discrete_state(asked).value()
+            output.set_value(Execution(int(sequence), int(action)))
+
+        for name, calc in (("object.pose", cube), ("tcp.pose", hand)):
+            self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(RigidTransform()), calc)
+        self.DeclareAbstractOutputPort("execution", lambda: Value(Execution()), execution)
+        self.DeclareVectorOutputPort(
+            "task.state", 1, lambda _, output: output.SetFromVector([spaces.LOST])
+        )
+
+
+class Lying:
+    """Knows a cube that lies on the table, and wants nothing."""
+
+    goes_by_poses = True
+
+    def state(self, sight):
+        column = int(nearest_column(sight.X_WO.translation()))
+        return spaces.LOST if column < 0 else column
+
+    def choose(self, sight, steps):
+        return None
+
+
+@pytest.mark.parametrize(
+    ("beside", "falls", "verdict", "steps"),
+    [
+        (0.03, True, Verdict.NO_ACTION, 1),
+        (0.03, False, Verdict.LOST, 1),
+        (0.08, False, Verdict.LOST, 0),
+    ],
+)
+def test_fingers_let_go_once_of_a_cube_that_may_be_clamped(beside, falls, verdict, steps):
+    builder = DiagramBuilder()
+    hand = builder.AddSystem(Hand(beside, falls))
+    controller = builder.AddSystem(
+        PolicyController(Lying(), goal_states=np.array([]), lost_state=spaces.LOST)
+    )
+    for name in ("task.state", "object.pose", "tcp.pose", "execution"):
+        builder.Connect(hand.GetOutputPort(name), controller.GetInputPort(name))
+    builder.Connect(controller.GetOutputPort("request"), hand.get_input_port())
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(8.0)
+    found = controller.episode(controller.GetMyContextFromRoot(simulator.get_context()))
+    assert (found.verdict, len(found.steps)) == (verdict, steps)
+    for step in found.steps:
+        held = spaces.State.from_index(step.state)
+        assert (step.action, step.chosen_by) == (DROP, By.RELEASE)
+        assert held.gripper == spaces.VERTICAL[0]

@@ -75,7 +75,7 @@ def rows(peers: Peers, seed: int) -> list[Row]:
             spent,
             "the time that they simulate,",
             simulated,
-            wanted=3.0,
+            wanted=4.0,
             details={
                 "actions": actions,
                 **shares,

@@ -98,7 +98,8 @@ class ActionExecutor(LeafSystem):
 
     Actions are planned with `object.pose`. What is measured besides is watched, phase by phase
     (`diagrams.execution`), where it is connected: an action that goes wrong brakes along its own
-    path, keeps the fingers as they are, and ends with its failure.
+    path, keeps the fingers as they are, and ends with its failure. An arm that cannot follow rests
+    where it is: what is in its way is not pushed, and the next plan starts from there.
 
     A request that is none ends the simulation with a `ModelError`: parts of numbers, an action
     without a number of its own, or no action of the task.
@@ -181,6 +182,8 @@ class ActionExecutor(LeafSystem):
             if vigil.failure is not None:
                 failed = replace(execution, failure=vigil.failure, reason="on the way")
                 rest = timeline.braked(elapsed)
+                if vigil.failure == ActionFailure.OBSTRUCTED:
+                    rest = self._yielded(context, timeline, elapsed)
                 return _Memory(failed, rest, memory.width, context.get_time(), vigil)
             if vigil is not memory.vigil:
                 memory = replace(memory, vigil=vigil)
@@ -191,8 +194,14 @@ class ActionExecutor(LeafSystem):
             if elapsed < timeline.duration + OVERTIME:
                 return memory
             late = f"{behind:.3f} rad behind"
-            execution = replace(execution, failure=ActionFailure.OVERTIME, reason=late)
+            failed = replace(execution, failure=ActionFailure.OVERTIME, reason=late, finished=True)
+            rest = self._yielded(context, timeline, elapsed)
+            return _Memory(failed, rest, memory.width, context.get_time(), memory.vigil)
         return replace(memory, execution=replace(execution, finished=True))
+
+    def _yielded(self, context: Context, timeline: Timeline, elapsed: float) -> Timeline:
+        """Rest where the arm is."""
+        return timeline.yielded(elapsed, np.array(self._measured_arm.Eval(context)))
 
     def _look(self, context: Context, memory: _Memory) -> Measured:
         """What is seen now, of what is connected."""

@@ -11,14 +11,14 @@ from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSys
 from diagrams.action_executor import PERIOD, Execution
 from diagrams.decisions import By, Choice, Decision, Sight, Step
 from diagrams.execution.watches import LOOK
-from diagrams.state_identifier import identify_state
+from diagrams.state_identifier import FLAT_ANGLE, identify_state, tilt
 from models.task.spaces import N_FREE, Action, Kind
 from models.task.tracking import NOTHING, InHand
 
 SETTLE = 0.5
 """From the end of an action's motion until its outcome is read [s]."""
 LOOKS_AGAIN = 4
-"""How often the controller waits as long once more for a cube that seems to be nowhere."""
+"""How often the controller waits as long once more for a cube that is nowhere, or leans."""
 CLAMPED = 0.06
 """So near to the tool centre point a cube that is neither held nor free may be clamped askew
 between fingers and table [m]."""
@@ -161,8 +161,9 @@ class PolicyController(LeafSystem):
 
         sight = self._sight(context, episode)
         state = self._decision.state(sight)
-        if state == self._lost and episode.waited < LOOKS_AGAIN:
-            # It may be in the air, or in somebody's hand.
+        leans = state in self._goals and _leans(sight.X_WO)
+        if (state == self._lost or leans) and episode.waited < LOOKS_AGAIN:
+            # It may be in the air, in somebody's hand, or still on its way down.
             return replace(episode, finished_at=now, lying=NOTHING, waited=episode.waited + 1)
         steps = episode.steps
         if episode.sequence:
@@ -177,8 +178,9 @@ class PolicyController(LeafSystem):
             )
             steps = (*steps, step)
         over = replace(episode, steps=steps, state=state, finished_at=now)
-        # A cube beside the goal's cell has only its name: it is yet to be placed.
-        if state in self._goals and state == sight.state:
+        # A cube beside the goal's cell has only its name, as one that leans on something: it is yet
+        # to be placed.
+        if state in self._goals and state == sight.state and not leans:
             return replace(over, verdict=Verdict.GOAL)
         if state == self._lost:
             clamped = self._clamped(context, sight, steps)
@@ -259,3 +261,8 @@ class PolicyController(LeafSystem):
 
     def _calc_episode(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.episode(context))
+
+
+def _leans(X_WO: RigidTransform | None) -> bool:
+    """Whether a cube is known to be askew, on none of its faces."""
+    return X_WO is not None and tilt(X_WO) > FLAT_ANGLE

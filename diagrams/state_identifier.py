@@ -53,6 +53,11 @@ def identify_state(X_WO: RigidTransform, X_WG: RigidTransform, held: bool) -> in
     return int(found.state)
 
 
+def tilt(X_WO: RigidTransform) -> float:
+    """By how much the face of a cube that is nearest to being down is not level [rad]."""
+    return float(np.arccos(min(1.0, float(np.abs(X_WO.rotation().matrix()[2]).max()))))
+
+
 def lying_state(X_WO: RigidTransform, X_before: RigidTransform) -> int:
     """Index of the state of a cube that lies at rest on the table, flat on a face; else *lost*.
 
@@ -64,10 +69,9 @@ def lying_state(X_WO: RigidTransform, X_before: RigidTransform) -> int:
         X_before: the same `REST_SPAN` seconds before.
     """
     state = identify_state(X_WO, RigidTransform(), False)
-    tilt = np.arccos(min(1.0, float(np.abs(X_WO.rotation().matrix()[2]).max())))
     rests = (
         abs(X_WO.translation()[2] - REST_HEIGHT) <= FLAT_HEIGHT
-        and tilt <= FLAT_ANGLE
+        and tilt(X_WO) <= FLAT_ANGLE
         and float(np.linalg.norm(X_WO.translation() - X_before.translation())) <= REST_TRAVEL
         and float(geodesic_angle(X_WO.rotation().matrix(), X_before.rotation().matrix()))
         <= REST_TURN

@@ -88,6 +88,12 @@ class Timeline:
             rest._arm[1] = path.value(path.end_time()).ravel()
         return rest
 
+    def yielded(self, t: float, q: np.ndarray) -> "Timeline":
+        """At rest at ``q [7]`` [rad], the fingers as they are ``t`` seconds after the start."""
+        rest = Timeline(q, self.width(t), (), np.ones(len(HOME)))
+        rest.plan = self.plan
+        return rest
+
     def _part(self, t: float) -> int:
         return max(0, bisect_right(self._starts, t) - 1)
 

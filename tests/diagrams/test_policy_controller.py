@@ -179,10 +179,12 @@ class Hand(LeafSystem):
     Args:
         beside: how far off the cube is [m].
         falls: whether it then falls to the table.
+        leans: for how long the cube is askew [s].
     """
 
-    def __init__(self, beside, falls):
+    def __init__(self, beside, falls, leans=0.0):
         super().__init__()
+        self.raised = 0.012
         request = self.DeclareVectorInputPort("request", 2)
         asked = self.DeclareDiscreteState([0.0, -1.0])
         self.DeclarePeriodicDiscreteUpdateEvent(
@@ -191,8 +193,10 @@ class Hand(LeafSystem):
 
         def cube(context, output):
             opened = context.get_discrete_state(asked).value()[0] > 0
-            raised = 0.0 if opened and falls else 0.012
-            output.set_value(RigidTransform([0.55 + beside, 0.0, spaces.REST_HEIGHT + raised]))
+            raised = 0.0 if opened and falls else self.raised
+            p_WO = [0.55 + beside, 0.0, spaces.REST_HEIGHT + raised]
+            tilt = 0.1 if context.get_time() < leans else 0.0
+            output.set_value(RigidTransform(RotationMatrix.MakeXRotation(tilt), p_WO))
 
         def hand(_, output):
             R_WG = spaces.R_WG[spaces.VERTICAL[0]]
@@ -216,11 +220,25 @@ class Lying:
     goes_by_poses = True
 
     def state(self, sight):
-        column = int(nearest_column(sight.X_WO.translation()))
-        return spaces.LOST if column < 0 else column
+        return spaces.LOST if nearest_column(sight.X_WO.translation()) < 0 else sight.state
 
     def choose(self, sight, steps):
         return None
+
+
+def beside_a_hand(hand, goals):
+    """What a controller made of it after a while."""
+    builder = DiagramBuilder()
+    hand = builder.AddSystem(hand)
+    controller = builder.AddSystem(
+        PolicyController(Lying(), goal_states=np.array(goals), lost_state=spaces.LOST)
+    )
+    for name in ("task.state", "object.pose", "tcp.pose", "execution"):
+        builder.Connect(hand.GetOutputPort(name), controller.GetInputPort(name))
+    builder.Connect(controller.GetOutputPort("request"), hand.get_input_port())
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(8.0)
+    return controller.episode(controller.GetMyContextFromRoot(simulator.get_context()))
 
 
 @pytest.mark.parametrize(
@@ -232,19 +250,19 @@ class Lying:
     ],
 )
 def test_fingers_let_go_once_of_a_cube_that_may_be_clamped(beside, falls, verdict, steps):
-    builder = DiagramBuilder()
-    hand = builder.AddSystem(Hand(beside, falls))
-    controller = builder.AddSystem(
-        PolicyController(Lying(), goal_states=np.array([]), lost_state=spaces.LOST)
-    )
-    for name in ("task.state", "object.pose", "tcp.pose", "execution"):
-        builder.Connect(hand.GetOutputPort(name), controller.GetInputPort(name))
-    builder.Connect(controller.GetOutputPort("request"), hand.get_input_port())
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(8.0)
-    found = controller.episode(controller.GetMyContextFromRoot(simulator.get_context()))
+    found = beside_a_hand(Hand(beside, falls), [])
     assert (found.verdict, len(found.steps)) == (verdict, steps)
     for step in found.steps:
         held = spaces.State.from_index(step.state)
         assert (step.action, step.chosen_by) == (DROP, By.RELEASE)
         assert held.gripper == spaces.VERTICAL[0]
+
+
+@pytest.mark.parametrize(
+    ("leans", "verdict"), [(0.0, Verdict.GOAL), (1.2, Verdict.GOAL), (9.0, Verdict.NO_ACTION)]
+)
+def test_a_cube_that_leans_is_at_no_goal_until_it_lies(leans, verdict):
+    below = Hand(0.0, True, leans)
+    below.raised = 0.0
+    middle = int(nearest_column(np.array([0.55, 0.0, spaces.REST_HEIGHT])))
+    assert beside_a_hand(below, [spaces.State(middle, 0).index]).verdict == verdict

@@ -159,9 +159,18 @@ def test_an_arm_that_does_not_get_there_is_obstructed(planner):
     rig.ask(1, Action(Kind.TRANSLATE, 17).index)
     port = rig.plant.get_applied_generalized_force_input_port()
     forces = np.zeros(rig.plant.num_velocities())
-    forces[rig.plant.GetJointByName("joint_1").velocity_start()] = -100.0
+    forces[rig.plant.GetJointByName("joint_1").velocity_start()] = -60.0
     rig.run(0.3)
     port.FixValue(rig.context, forces)
-    ended = rig.run_until_finished()
-    assert ended.failure == ActionFailure.OBSTRUCTED
+    while rig.execution.failure is None:
+        rig.run(0.01)
+    assert rig.execution.failure == ActionFailure.OBSTRUCTED
+    # It is told to rest where it was, not where it was to be by then, 0.12 rad from there.
+    own = rig.executor.GetMyContextFromRoot(rig.root)
+    rest = rig.executor.GetOutputPort("arm.position_command").Eval(own).copy()
+    assert np.abs(rig.measured("arm.position_measured") - rest).max() < 0.05
+    rig.force(np.zeros(3))
+    rig.run_until_finished()
     assert np.abs(rig.measured("gripper.position_measured") - CUBE_EDGE).max() < 5e-3
+    rig.run(4.0)  # The arm had been thrown back.
+    assert np.abs(rig.measured("arm.position_measured") - rest).max() < 0.01

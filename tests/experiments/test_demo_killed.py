@@ -1,4 +1,4 @@
-"""A demo that is killed while it trains, apart from its other tests: two runs of it are long."""
+"""A demo that is killed while it trains: two runs of it, a minute. ``python -m pytest -m soak``."""
 
 import json
 import re
@@ -6,6 +6,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+
+import pytest
 
 from experiments.grasping.learning import CHECKPOINT
 from irl.active_state import EVERY, TRAINING
@@ -22,6 +24,7 @@ TINY = [
 ]
 
 
+@pytest.mark.soak
 def test_a_demo_that_was_killed_in_its_first_training_does_not_start_at_0(tmp_path, command):
     options = [*TINY, "--out"]
     whole = command("demo", *options, str(tmp_path / "whole"))

@@ -40,6 +40,7 @@ class World:
         action_words: says an action.
         cluster_words: says a cluster.
         example: a goal that somebody may have, in words.
+        ways: what left, right, front and back mean there; empty if nobody asks.
     """
 
     name: str
@@ -50,6 +51,7 @@ class World:
     action_words: Callable[[int], str]
     cluster_words: Callable[[str], str]
     example: str
+    ways: str = ""
 
     @property
     def model(self) -> TransitionModel:
@@ -101,6 +103,7 @@ def robot_world(folder: Path) -> World:
         words.describe_action,
         words.describe_cluster,
         "the cube at the back with red up",
+        "Left, right, front and back are mine: I stand at the back and look at you.",
     )
 
 

@@ -30,6 +30,8 @@ from models.task.words import describe_gripper
 
 Plain = dict[str, Any]
 
+EDGES = (("robot",), ("right", "front", "left"))
+"""Above and below a map: where the robot is, and what the words of states call the other sides."""
 PURPOSES = {
     AUDIT: "a test: would this be right?",
     HELD_OUT: "held out, to judge by",
@@ -117,7 +119,8 @@ def _map(layer: int, here: int, option: Callable[[int, str], Plain]) -> Plain:
             each = option(Action(Kind.TRANSLATE, int(cell)).index, "")
             row.append(each | {"here": int(cell) == here})
         rows.append(row)
-    return {"name": f"carry: {('lower', 'upper')[layer]} layer", "rows": rows, "map": True}
+    name = f"carry: {('lower', 'upper')[layer]} layer"
+    return {"name": name, "rows": rows, "map": True, "edges": EDGES}
 
 
 def _hands(kind: Kind, option: Callable[[int, str], Plain]) -> Plain:

@@ -29,10 +29,10 @@ export default {
           <kbd>{{ i + 1 }}</kbd> {{ each.w }}</button>
       </div>
       <div class="board">
-        <div v-for="group in question.groups" class="group" :class="{map: group.map, folded: group.folded}">
+        <div v-for="group in question.groups" class="group" :class="{map: group.map, folded: group.folded, last: !group.name}">
           <div class="name" v-if="group.name">{{ group.name }}
             <span v-if="group.folded" class="no">{{ group.rows[0][0].no }}</span></div>
-          <div v-if="group.map && group.name.startsWith('carry')" class="edge">robot</div>
+          <div v-if="group.edges" class="edge"><span v-for="each in group.edges[0]">{{ each }}</span></div>
           <div v-for="(row, r) in group.rows" class="row">
             <span v-if="group.labels && !group.folded" class="label">{{ group.labels[r] }}</span>
             <template v-for="each in row">
@@ -45,6 +45,7 @@ export default {
                 <kbd v-if="each.a === -1">d</kbd> {{ each.here ? "●" : each.t }}<sup v-if="rank(each.a)">{{ rank(each.a) }}</sup></button>
             </template>
           </div>
+          <div v-if="group.edges" class="edge"><span v-for="each in group.edges[1]">{{ each }}</span></div>
         </div>
       </div>
       <div class="choice" data-teach="choice" aria-live="polite">
@@ -201,6 +202,7 @@ export default {
       else if (letter === "o") event.repeat || this.suggested();
       else if (key === "Escape") {
         document.activeElement?.blur?.();
+        this.$el.scrollIntoView({ block: "start" });
         if (this.state.phase !== "asking") this.act("stop");
       } else if ("faghc".includes(letter) && letter.length === 1)
         window.dispatchEvent(new CustomEvent("teach-tab", { detail: letter }));

@@ -119,17 +119,30 @@ def test_advice_is_given_about_an_intersection_by_the_keyboard(robot, window, ta
     assert not one.errors
 
 
-def test_at_150_percent_everything_is_within_reach(robot, window):
-    one = window(robot.url, scale=1.5)
+@pytest.mark.parametrize("scale", [1.0, 1.5])
+def test_everything_is_within_reach_and_maps_say_where_the_robot_is(robot, window, scale):
+    one = window(robot.url, scale=scale)
     one.page.frame_locator("iframe").locator("canvas").first.wait_for()
     time.sleep(1.0)
-    keep(one, "zoomed")
+    keep(one, "zoomed" if scale > 1 else "whole")
     wide, high = one.page.viewport_size["width"], one.page.viewport_size["height"]
     for part in ("answer", "preview", "undo", "skip", "another"):
         box = one.page.locator(f"[data-do={part}]").bounding_box()
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= wide
         assert box["y"] + box["height"] <= high
+    maps = one.page.locator(".board .map")
+    assert maps.count() == 2
+    for k in range(2):
+        first = maps.nth(k).locator(".edge").first
+        assert first.is_visible()
+        assert first.inner_text() == "robot"
+        above, cell = first.bounding_box(), maps.nth(k).locator(".option").first.bounding_box()
+        assert above["y"] + above["height"] <= cell["y"]  # who stands at the back
+    one.press("c")
+    for each in one.page.locator(".pane.keys > div").all():
+        box = each.bounding_box()
+        assert box["x"] + box["width"] <= wide
 
 
 @pytest.mark.soak

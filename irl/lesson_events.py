@@ -172,7 +172,7 @@ class Edit:
     """The event of that number holds other values in some of its fields, in its old place.
 
     Of an answer ``action`` may change, of advice ``preferred`` and ``avoided``, of what was
-    excluded ``pairs``.
+    excluded ``pairs``, of what came from files ``advice``.
     """
 
     of: int

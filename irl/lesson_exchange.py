@@ -119,7 +119,7 @@ def _piece(told: Any, place: str, clusters: Mapping[str, np.ndarray], n_actions:
         raise InputError(
             f"cluster {told['cluster']!r} has other states than when advice was given", place=place
         )
-    return [told["cluster"], told["states_hash"], told["preferred"], told["avoided"]]
+    return [told["cluster"], hash_of_states(states), told["preferred"], told["avoided"]]
 
 
 def next_trajectory(lesson: Lesson) -> int:

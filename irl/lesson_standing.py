@@ -25,6 +25,7 @@ EDITABLE: Mapping[type, tuple[str, ...]] = {
     Answered: ("action",),
     Advised: ("preferred", "avoided"),
     Excluded: ("pairs",),
+    Imported: ("advice",),
 }
 SAID = (Answered, Advised, Cluster, Excluded, Skipped, Edit, Imported)
 """What a person said, and may take back."""

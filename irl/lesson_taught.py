@@ -143,6 +143,11 @@ class Taught:
             shift += number in self._edited
         return _of_rows(pairs, self.source, ends)
 
+    def advice_on(self, states_hash: str) -> Advised | None:
+        """What was last advised of a set of states, whatever it was called; None if nothing."""
+        found = [each for each in self.advised if each.states_hash == states_hash]
+        return found[-1] if found else None
+
     @property
     def trajectories(self) -> list[int]:
         """Numbers of the runs to learn from, in the order they were begun."""

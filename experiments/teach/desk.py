@@ -173,13 +173,18 @@ class Desk(Notes):
 
     # --- Taking back ------------------------------------------------------------------------
 
-    def undo(self, token: str) -> int | None:
-        """Take back the last thing said that holds; what was answered is asked again.
+    def undo(self, token: str, number: int | None = None) -> int | None:
+        """Take back something said that holds, the last if not told which.
+
+        What was answered is asked again.
 
         Returns:
             Its number; None if there was nothing, or the token was used before.
         """
-        number = last_said(self.lesson.events)
+        if number is None:
+            number = last_said(self.lesson.events)
+        elif number not in stands(self.lesson.events) and not self.lesson.used(token):
+            raise InputError(f"nothing said under {number} holds", place="undo")
         if number is None:
             return None
         event = self.lesson.events[number - 1]
@@ -238,7 +243,7 @@ class Desk(Notes):
     ) -> AdviceGiven:
         """Say, in so many seconds, what to prefer and to avoid in all states of a cluster.
 
-        What was said of the cluster before gives way to it: nothing at all takes it back.
+        What was said of the same states before gives way to it: nothing at all takes it back.
         """
         states = self._some_members(cluster)
         good, bad = sorted({int(a) for a in preferred}), sorted({int(a) for a in avoided})
@@ -249,11 +254,8 @@ class Desk(Notes):
             raise InputError(
                 f"action {min(set(good) & set(bad))} is both preferred and avoided", place="advice"
             )
-        said: Event = Advised(cluster, hash_of_states(states), good, bad, round(float(seconds), 3))
-        for number, event in stands(self.lesson.events).items():
-            if isinstance(event, Advised) and event.cluster == cluster:
-                said = Edit(number, {"preferred": good, "avoided": bad})
-        if not self._say([said], token):
+        said = Advised(cluster, hash_of_states(states), good, bad, round(float(seconds), 3))
+        if not self._say(self._instead(said) or [said], token):
             return AdviceGiven(False)
         inside = set(states.tolist())
         contradicted = tuple(

@@ -12,8 +12,19 @@ from experiments.teach.worlds import World
 from irl.clusters import intersection
 from irl.errors import InputError
 from irl.lesson import Lesson
-from irl.lesson_events import AUDIT, DONE, HELD_OUT, LEARN, Asked, Event
+from irl.lesson_events import (
+    AUDIT,
+    DONE,
+    HELD_OUT,
+    LEARN,
+    Advised,
+    Asked,
+    Edit,
+    Event,
+    Imported,
+)
 from irl.lesson_replay import config_of
+from irl.lesson_standing import stands
 from irl.lesson_taught import Taught
 from irl.session import Question
 
@@ -95,6 +106,30 @@ class Notes:
         first = len(self.taught.events)
         self.taught.add(self.lesson.events[first:])
         self.asking.note(first)
+
+    def _instead(self, said: Advised) -> list[Event]:
+        """Edits that put advice in the place of what was advised of the same states; maybe none.
+
+        Where several pieces are about them, the last gets it and the others are emptied.
+        """
+        edits: list[Event] = []
+        good, bad = said.preferred, said.avoided
+        for number, event in reversed(stands(self.lesson.events).items()):
+            if isinstance(event, Advised) and event.states_hash == said.states_hash:
+                edits.append(Edit(number, {"preferred": good, "avoided": bad}))
+            elif isinstance(event, Imported):
+                pieces = [Advised(*piece) for piece in event.advice]
+                same = [k for k, p in enumerate(pieces) if p.states_hash == said.states_hash]
+                if not same:
+                    continue
+                advice = [list(piece) for piece in event.advice]
+                for k in same:
+                    advice[k][2:4] = ([], []) if k != same[-1] else (good, bad)
+                edits.append(Edit(number, {"advice": advice}))
+            else:
+                continue
+            good, bad = [], []
+        return edits[::-1]
 
     def _onward(self, asked: Shown, action: int, came: int) -> list[Event]:
         """The question that goes on with an episode, if it goes on."""

@@ -9,6 +9,12 @@ from irl.student import StudentConfig
 USE_RULES = ("fa_mlirl",)
 """Who takes labels from rules as well, as the thesis does. The others plan: what follows elsewhere
 they work out from what actions lead to."""
+LEARNS = {
+    "goal_posterior": "which weighs the goals and costs that your answers fit, and plans",
+    "planning": "which learns what pays where, and plans",
+    "fa_mlirl": "the thesis' network",
+}
+"""How each of them learns, in a few words."""
 UNTRUSTED = ("drop_anywhere", "drop_any_height")
 """Rules that are not asked: of the oracle's own drops a third of what the first says is right, and
 nothing of the second, for from the upper layer cubes tumble. Everything that the others say is."""

@@ -1,6 +1,7 @@
 """What a window may say, and what is done about it: each message once, by its token."""
 
 from collections import deque
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from experiments.teach.page import panels
@@ -92,7 +93,8 @@ class Hearing:
     def _do_undo(self, message: Plain, token: str) -> None:
         room = self._room
         room.acting.end()
-        if room.desk.undo(token) is None:
+        number = message.get("number")
+        if room.desk.undo(token, None if number is None else int(number)) is None:
             room.note = "there is nothing to take back"
         room.given = {}
         room.show_question()
@@ -149,6 +151,11 @@ class Hearing:
         """Whether the learner chooses the kind of question."""
         self._room.desk.asking.leads = bool(message["on"])
 
+    def _do_hold_out(self, message: Plain, token: str) -> None:
+        """Whether every tenth answer is kept from the learner."""
+        desk = self._room.desk
+        desk.config = replace(desk.config, hold_out=bool(message["on"]))
+
     def _ask(self) -> None:
         self._room.acting.end()
         self._room.show_question()
@@ -167,7 +174,9 @@ class Hearing:
         if given.accepted:
             against = len(given.contradicted)
             room.note = f"Advice about {given.states:,} states" + (
-                f"; {against} of your answers say otherwise" if against else ""
+                f"; {against} of your answers say{'s' if against == 1 else ''} otherwise"
+                if against
+                else ""
             )
 
     # --- Acting and playing -----------------------------------------------------------------

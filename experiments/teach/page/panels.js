@@ -14,6 +14,24 @@ const KEYS = [
 ];
 const STATES = ["", "prefer", "avoid"];
 
+// Something that was said: an answer is changed in its place, advice where it was given, and what
+// cannot be changed is taken back. `edited` has the options of the answer that is being changed.
+const Said = {
+  template: `
+  <div class="line" :class="{odd: each.rather}">
+    <span><b>{{ each.what }}</b> <span class="soft">{{ each.where }}</span> <em v-if="each.note">{{ each.note }}</em>
+      <span v-if="each.rather" class="warn"> By the rest I would have said: {{ each.rather }}</span></span>
+    <select v-if="edited" :value="each.action" :data-edit="each.number" aria-label="change this answer"
+        @change="$emit('edit', Number($event.target.value))">
+      <option v-for="one in edited.options" :value="one.a">{{ one.w }}</option></select>
+    <button v-else-if="each.names" :data-advice="each.number" @click="$emit('advise')">change</button>
+    <button v-else-if="'action' in each" :data-change="each.number" @click="$emit('change')">change</button>
+    <button v-else-if="each.back" :data-back="each.number" @click="$emit('back')">take back</button>
+  </div>`,
+  props: { each: Object, edited: Object },
+  emits: ["edit", "advise", "change", "back"],
+};
+
 export default {
   template: `
   <section class="panels own-keys" data-teach="panels">
@@ -27,7 +45,7 @@ export default {
         <p>1. Choose an action with the arrow keys or the mouse. <kbd>space</kbd> previews it.</p>
         <p>2. <kbd>enter</kbd> tells me. I do it, and ask about the state that it led to.</p>
         <p>3. Once things are as you want them: <kbd>d</kbd> <kbd>enter</kbd>, nothing to do here.</p>
-        <p>After one such trajectory I begin to guess, and ask where your answer tells me most.</p>
+        <p>After one such trajectory I begin to guess, and ask where your answer tells me most. {{ panels.ways }}</p>
       </div>
       <template v-else>
         <p><b>{{ panels.given.words }}</b></p>
@@ -63,10 +81,13 @@ export default {
         <p data-teach="group">In every state where <b>{{ group.words }}</b> (<span data-teach="count">{{ group.count.toLocaleString("en") }}</span>):</p>
         <div class="pictures small"><span v-for="each in group.pictures" v-html="each"></span></div>
         <p class="soft">Click once what to prefer there, twice what to avoid:</p>
-        <div class="chips actions"><button v-for="each in group.actions" :class="STATES[advice[each.a] ?? 0]"
+        <div v-for="(some, kind) in kinds" class="chips actions"><span v-if="kind" class="kind">{{ kind }}</span>
+          <button v-for="each in some" :class="STATES[advice[each.a] ?? 0]"
             :data-advise="each.a" :title="STATES[advice[each.a] ?? 0] || 'neither'" @click="turn(each.a)">
-            {{ {prefer: "+ ", avoid: "− "}[STATES[advice[each.a] ?? 0]] ?? "" }}{{ each.w }}</button></div>
-        <p v-if="against" class="warn" data-teach="against">{{ against }} of your answers there show what you now avoid.</p>
+            {{ {prefer: "+ ", avoid: "− "}[STATES[advice[each.a] ?? 0]] ?? "" }}{{ each.w.slice(kind ? kind.length + 2 : 0) }}</button></div>
+        <p v-if="against" class="warn" data-teach="against">{{ against }} of your answers there show{{ against === 1 ? "s" : "" }} what you now avoid. Change the answer, or the advice:</p>
+        <said v-for="each in contradicting" :key="each.number" :each="each" :edited="editing(each, 'against')"
+          @change="change(each, 'against')" @edit="(action) => edit(each.number, action)"/>
         <button data-do="advise" class="go" @click="advise" :disabled="!group.count">Give this advice</button>
       </template>
     </div>
@@ -83,11 +104,13 @@ export default {
             <g v-for="(each, i) in episodes"><rect class="all" :x="each.x" :y="60 - each.steps" :width="each.w" :height="each.steps"/>
             <rect class="asked" :x="each.x" :y="60 - each.asked" :width="each.w" :height="each.asked"/></g></svg></figure>
       </div>
-      <p class="soft">{{ progress.answers }} answer{{ progress.answers === 1 ? "" : "s" }}, {{ progress.rounds }} round{{ progress.rounds === 1 ? "" : "s" }} of learning with {{ progress.learner }}<span v-if="progress.learning"> · learning …</span></p>
+      <p class="soft">{{ progress.answers }} answer{{ progress.answers === 1 ? "" : "s" }}, {{ progress.rounds }} round{{ progress.rounds === 1 ? "" : "s" }} of learning with {{ progress.learner }}<span v-if="progress.learns">, {{ progress.learns }}</span><span v-if="progress.learning"> · learning …</span></p>
       <label class="switch"><input type="checkbox" :checked="state.alone" data-do="alone" @change="say({kind: 'alone', on: $event.target.checked})">
         act on your own while you are sure</label>
       <label class="switch"><input type="checkbox" :checked="state.leads" data-do="lead" @change="say({kind: 'lead', on: $event.target.checked})">
         choose yourself between states, trajectories and advice</label>
+      <label class="switch"><input type="checkbox" :checked="state.holdsOut" data-do="hold_out" @change="say({kind: 'hold_out', on: $event.target.checked})">
+        do not learn from one answer in ten, but be judged by it</label>
       <button data-do="begin" @click="say({kind: 'begin'})">A new trajectory from the start</button>
       <ul v-if="panels.report.length" class="report soft" data-teach="report"><li v-for="line in panels.report">{{ line }}</li></ul>
     </div>
@@ -96,20 +119,16 @@ export default {
       <p v-if="!panels.said.length" class="soft">Nothing yet.</p>
       <p v-else class="soft" data-teach="odd">{{ disagreeing }}
         <button v-if="panels.odd.old && !panels.odd.looking" data-do="odd" @click="say({kind: 'odd'})">Look again</button></p>
-      <template v-for="part in [panels.odd.rows, panels.said]">
-        <div v-for="each in part" class="line" :class="{odd: each.rather}" :key="each.number">
-          <span><b>{{ each.what }}</b> <span class="soft">{{ each.where }}</span> <em v-if="each.note">{{ each.note }}</em>
-            <span v-if="each.rather" class="warn"> By the rest I would have said: {{ each.rather }}</span></span>
-          <select v-if="edited?.number === each.number && edited.odd === !!each.rather" :value="each.action"
-              :data-edit="each.number" aria-label="change this answer" @change="edit(each.number, $event.target.value)">
-            <option v-for="one in edited.options" :value="one.a">{{ one.w }}</option></select>
-          <button v-else-if="each.editable || each.rather" :data-change="each.number" @click="change(each)">change</button>
-        </div>
+      <template v-for="[list, part] in [['odd', panels.odd.rows], ['said', panels.said]]">
+        <said v-for="each in part" :key="list + each.number + (each.names ?? '')" :each="each" :edited="editing(each, list)"
+          @change="change(each, list)" @edit="(action) => edit(each.number, action)"
+          @advise="adviseOn(each.names, true)" @back="say({kind: 'undo', number: each.number})"/>
       </template>
     </div>
 
     <div v-if="tab === 'c'" class="pane keys"><div v-for="[key, what] in KEYS"><kbd>{{ key }}</kbd> {{ what }}</div></div>
   </section>`,
+  components: { Said },
   props: { panels: Object, progress: Object, state: Object },
   data() {
     return { tab: "f", tabs: TABS, KEYS, STATES, chosen: [], group: null, advice: {}, off: [], edited: null, since: 0 };
@@ -118,10 +137,11 @@ export default {
     settled() {
       const g = this.panels.given;
       const sure = Math.round(100 * g.sure);
-      if (!g.had) return "I had no idea yet. " + (g.learnt ?? "I am learning from it …");
+      const learning = g.waits ? "I learn once you have shown me all of it, to the end." : "I am learning from it …";
+      if (!g.had) return "I had no idea yet. " + (g.learnt ?? learning);
       const before = g.agreed ? `I would have done the same, and was ${sure} % sure. `
         : `I would have done something else (${g.had}), and was ${sure} % sure. `;
-      return before + (g.learnt ?? "I am learning from it …");
+      return before + (g.learnt ?? learning);
     },
     wanted() {
       return this.chosen.length === 1 && this.chosen[0] === this.state.next?.cluster;
@@ -134,9 +154,21 @@ export default {
       return ["Your answers agree with one another.", "One answer disagrees with the rest. Was it a slip?"][odd.count]
         ?? `${odd.count} answers disagree with the rest, the oddest first. Were they slips?`;
     },
+    // Actions by what their words begin with, such as carry: that is said once.
+    kinds() {
+      const kinds = {};
+      for (const each of this.group.actions)
+        (kinds[each.w.includes(": ") ? each.w.split(": ")[0] : ""] ??= []).push(each);
+      return kinds;
+    },
+    avoided() {
+      return (this.group?.actions ?? []).filter((each) => STATES[this.advice[each.a] ?? 0] === "avoid");
+    },
     against() {
-      const bad = (this.group?.actions ?? []).filter((each) => STATES[this.advice[each.a] ?? 0] === "avoid");
-      return bad.reduce((sum, each) => sum + each.shown, 0);
+      return this.avoided.reduce((sum, each) => sum + each.shown, 0);
+    },
+    contradicting() {
+      return this.avoided.flatMap((each) => each.answers).slice(0, 6);
     },
     episodes() {
       const all = this.progress.episodes.slice(-40), top = Math.max(4, ...all.map((e) => e.steps));
@@ -151,13 +183,13 @@ export default {
     // Once for each group, and not away from what somebody works at.
     "state.next.cluster"(name) {
       const busy = this.$el.contains(document.activeElement) || this.chosen.length;
-      if (this.state.next?.opens && !busy && !this.offered.has(name)) this.adviseOn(name);
+      if (this.state.next?.opens && !busy && !this.offered.has(name)) this.adviseOn([name]);
     },
   },
   mounted() {
     this.onTab = (event) => this.open(event.detail, true);
     this.onTold = (event) => this.told(event.detail);
-    this.onAdvise = (event) => this.adviseOn(event.detail, true);
+    this.onAdvise = (event) => this.adviseOn([event.detail], true);
     this.offered = new Set();
     window.addEventListener("teach-tab", this.onTab);
     window.addEventListener("teach-told", this.onTold);
@@ -182,33 +214,43 @@ export default {
           ?? this.$el.querySelector("nav [aria-selected=true]")).focus({ preventScroll: true });
       });
     },
-    adviseOn(name, focus) {
-      this.offered.add(name);
-      this.chosen = [];
-      this.pick(name);
+    adviseOn(names, focus) {
+      for (const name of names) this.offered.add(name);
+      this.group = null;
+      this.since = performance.now();
+      this.choose(names);
       this.open("a", focus);
     },
     pick(name) {
       if (!this.chosen.length) this.since = performance.now();
-      this.chosen = this.chosen.includes(name) ? this.chosen.filter((x) => x !== name) : [...this.chosen, name];
-      if (!this.chosen.length) this.group = null;
-      else this.say({ kind: "group", names: this.chosen });
+      this.choose(this.chosen.includes(name) ? this.chosen.filter((x) => x !== name) : [...this.chosen, name]);
     },
-    change(each) {
-      this.changing = !!each.rather; // it may be in both lists
+    choose(names) {
+      this.chosen = names;
+      if (names.length) this.say({ kind: "group", names });
+      else this.group = null;
+    },
+    editing(each, list) {
+      return this.edited?.number === each.number && this.edited.list === list ? this.edited : null;
+    },
+    change(each, list) {
+      this.changing = list; // it may be in several
       this.say({ kind: "options", number: each.number });
     },
     edit(number, action) {
-      this.say({ kind: "edit", number, action: Number(action) });
+      this.say({ kind: "edit", number, action });
       this.edited = null;
+      this.choose(this.chosen); // what is counted there may be less now
     },
     told(reply) {
       if (reply.edited) {
-        this.edited = { ...reply.edited, odd: this.changing };
+        this.edited = { ...reply.edited, list: this.changing };
         this.$nextTick(() => this.$el.querySelector("[data-edit]")?.focus());
       }
       if (!reply.group) return;
+      const same = this.group?.expression === reply.group.expression;
       this.group = reply.group;
+      if (same) return; // and what is being said of it stays
       this.advice = {};
       this.$nextTick(() => this.$el.querySelector("[data-teach=group]")?.scrollIntoView({ block: "start" }));
       for (const a of reply.group.preferred) this.advice[a] = 1;

@@ -13,25 +13,13 @@ from experiments.teach.asking import WORTH
 from experiments.teach.choosing import RUN
 from experiments.teach.desk import Desk
 from experiments.teach.review import LISTED, the_odd
+from experiments.teach.said import answer_in_words, name_of
 from experiments.teach.shown import Given, Shown
+from experiments.teach.students import LEARNS
 from experiments.teach.worlds import World
 from irl.asking import TRAJECTORY
 from irl.clusters import AND
-from irl.lesson_events import (
-    DONE,
-    Acted,
-    Advised,
-    Answered,
-    Cluster,
-    Event,
-    Excluded,
-    Imported,
-    Result,
-    Round,
-    Skipped,
-    Undo,
-)
-from irl.lesson_standing import stands
+from irl.lesson_events import DONE, Acted, Answered, Result, Round, hash_of_states
 from irl.policy import Policy
 from irl.session import START
 
@@ -39,8 +27,8 @@ Plain = dict[str, Any]
 
 PICTURES = 6
 """Of member states, and of what rules will label too, so many are shown."""
-LAST = 40
-"""So many of the last things said are shown."""
+AGAINST = 3
+"""Of answers that advice about an action may contradict so many are shown, the last ones."""
 _CURVES = {
     "predicted_success": "I expect to reach the goal",
     "reached": "I come to where you ended",
@@ -95,6 +83,7 @@ def progress(desk: Desk) -> Plain:
         "standsIn": enough.stands_in,
         "error": desk.rounds.error,
         "learner": desk.student.method,
+        "learns": LEARNS.get(desk.student.method, ""),
     }
 
 
@@ -109,6 +98,7 @@ def given(
         "agreed": asked.proposed == action,
         "had": "" if asked.proposed is None else world.say_action(asked.proposed),
         "sure": asked.sure,
+        "waits": desk.learnt is None and desk.rounds.running is None,
         "rules": bool(desk.student.rules),
         "count": len(came.follows),
         "follows": _pictured(world, came.follows, picture),
@@ -147,50 +137,6 @@ def suggested(desk: Desk) -> Plain | None:
     }
 
 
-def said(desk: Desk) -> list[Plain]:
-    """The last things said that hold, newest first."""
-    world, told = desk.world, []
-    undone = {e.of for e in desk.lesson.events if isinstance(e, Undo)}
-    standing = stands(desk.lesson.events)
-    for number in range(len(desk.lesson.events), 0, -1):
-        event = standing.get(number, desk.lesson.events[number - 1])
-        words = None if number in undone else _words(world, event)
-        if words is not None:
-            told.append({"number": number, **words})
-            if len(told) == LAST:
-                break
-    return told
-
-
-def _words(world: World, event: Event) -> Plain | None:
-    if isinstance(event, Answered):
-        return {
-            "what": world.say_action(event.action),
-            "where": world.say_state(event.state),
-            "action": event.action,
-            "editable": True,
-            "note": "" if event.purpose == "learn" else event.purpose.replace("_", " "),
-        }
-    if isinstance(event, Acted):
-        what = f"{world.say_action(event.action)} (on my own)"
-        return {"what": what, "where": world.say_state(event.state)}
-    if isinstance(event, Advised):
-        parts = [("prefer", event.preferred), ("avoid", event.avoided)]
-        told = [
-            f"{verb} {', '.join(map(world.say_action, some_))}" for verb, some_ in parts if some_
-        ]
-        return {"what": "; ".join(told) or "no advice", "where": name_of(world, event.cluster)}
-    if isinstance(event, Cluster):
-        return {"what": "a new group of states", "where": name_of(world, event.cluster)}
-    if isinstance(event, Excluded):
-        return {"what": f"{len(event.pairs)} that do not follow", "where": "from an answer"}
-    if isinstance(event, Skipped):
-        return {"what": "skipped", "where": world.say_state(event.state)}
-    if isinstance(event, Imported):
-        return {"what": "taken from a file", "where": event.source}
-    return None
-
-
 def odd(desk: Desk) -> Plain:
     """Answers at odds with the rest, as far as they hold still, the oddest first."""
     world, rounds, answers = desk.world, desk.rounds, desk.taught.answers
@@ -225,11 +171,6 @@ def options(desk: Desk, number: int) -> Plain:
     return {"number": number, "options": [{"a": a, "w": world.say_action(a)} for a in feasible]}
 
 
-def name_of(world: World, cluster: str) -> str:
-    """A cluster, or an intersection, in words."""
-    return ", and ".join(world.cluster_words(part) for part in cluster.split(AND))
-
-
 def clusters(desk: Desk) -> list[Plain]:
     """What advice may be about."""
     world = desk.world
@@ -246,23 +187,23 @@ def group(desk: Desk, names: Sequence[str], picture: Callable[[int], str]) -> Pl
     inside = np.zeros(world.model.n_states, dtype=bool)
     inside[states] = True
     acting = states[world.model.widths[states] > 0]
-    shown = Counter(
-        answer.action for answer in desk.taught.answers.values() if inside[answer.state]
-    )
-    feasible = world.model.mask[acting].any(axis=0)
-    last = [each for each in desk.taught.advised if each.cluster == expression]
+    feasible = np.flatnonzero(world.model.mask[acting].any(axis=0))
+    shown: dict[int, list[Plain]] = {int(action): [] for action in feasible}
+    for number, answer in reversed(desk.taught.answers.items()):
+        if inside[answer.state] and answer.action in shown:
+            shown[answer.action].append({"number": number, **answer_in_words(world, answer)})
+    last = desk.taught.advice_on(hash_of_states(states))
     return {
         "expression": expression,
         "words": name_of(world, expression),
         "count": int(states.size),
         "pictures": [picture(int(s)) for s in some(states.tolist())],
         "actions": [
-            {"a": int(a), "w": world.say_action(int(a)), "shown": shown[int(a)]}
-            for a in np.flatnonzero(feasible)
+            {"a": a, "w": world.say_action(a), "shown": len(rows), "answers": rows[:AGAINST]}
+            for a, rows in shown.items()
         ],
-        "answers": sum(shown.values()),
-        "preferred": [int(a) for a in last[-1].preferred] if last else [],
-        "avoided": [int(a) for a in last[-1].avoided] if last else [],
+        "preferred": [int(a) for a in last.preferred] if last else [],
+        "avoided": [int(a) for a in last.avoided] if last else [],
     }
 
 

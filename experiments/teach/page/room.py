@@ -16,6 +16,7 @@ from experiments.teach.page.hearing import Hearing
 from experiments.teach.page.motions import Motions
 from experiments.teach.page.playing import Playing
 from experiments.teach.review import in_words, report
+from experiments.teach.said import said
 from experiments.teach.shown import Shown
 from irl.lesson_events import DONE
 from models.errors import ModelError
@@ -82,7 +83,8 @@ class Room:
         desk, playing, picture = self.desk, self.playing, self.motions.picture
         asked = None if playing is None else playing.question
         question = asked or desk.question
-        said, rounds = len(desk.lesson.events), desk.rounds
+        count, rounds = len(desk.lesson.events), desk.rounds
+        comparing = count, rounds.looking, rounds.looked
         k, leads = rounds.learnt and rounds.learnt.k, desk.asking.leads
         once = self._once
         return {
@@ -95,21 +97,24 @@ class Room:
                 "canPlay": playing is not None and desk.policy is not None,
                 "acks": list(self._hearing.heard)[-20:],
                 "correcting": asked is not None,
+                "enough": desk.enough.enough,
                 "next": None
                 if asked
-                else once("next", (said, k, leads, question), lambda: panels.suggested(desk)),
+                else once("next", (count, k, leads, question), lambda: panels.suggested(desk)),
                 "leads": leads,
+                "holdsOut": desk.config.hold_out,
             },
             "view": self.motions.shown(),
             "panels": {
                 "given": self.given,
-                "said": once("said", said, lambda: panels.said(desk)),
-                "odd": once("odd", (said, rounds.looking, rounds.looked), lambda: panels.odd(desk)),
+                "said": once("said", count, lambda: said(desk)),
+                "odd": once("odd", comparing, lambda: panels.odd(desk)),
                 "clusters": once("clusters", 0, lambda: panels.clusters(desk)),
                 "example": desk.world.example,
+                "ways": desk.world.ways,
                 "report": self._report,
             },
-            "progress": once("progress", (said, rounds.running, k), lambda: panels.progress(desk)),
+            "progress": once("progress", (count, rounds.running, k), lambda: panels.progress(desk)),
         }
 
     def _once(self, name: str, key: Any, make: Callable[[], Any]) -> Any:

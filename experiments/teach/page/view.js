@@ -16,7 +16,8 @@ export default {
       <rect v-if="view.at >= 0" class="mark" :style="{transform: move(view.at)}" x="0.22" y="0.22"
           width="0.56" height="0.56" rx="0.12" data-teach="mark"/>
     </svg>
-    <div class="over top"><span class="phase" data-teach="phase" :class="state.phase">{{ said }}</span></div>
+    <div class="over top"><span class="phase" data-teach="phase" :class="state.phase">{{ said }}</span>
+      <span v-if="state.enough" class="phase enough" data-teach="learnt">I have learnt enough · <kbd>g</kbd> says why</span></div>
     <div class="over bottom">
       <span v-if="view.caption" class="caption">{{ view.caption }}</span>
       <span v-if="view.odds" class="odds" data-teach="odds" title="how likely each outcome is">{{ view.odds }}</span>

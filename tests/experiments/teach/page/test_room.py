@@ -20,7 +20,16 @@ from experiments.teach.rounds import LocalLearner
 from experiments.teach.students import student_config
 from experiments.teach.worlds import grid_world, robot_world
 from irl.lesson import Lesson
-from irl.lesson_events import Acted, Advised, Answered, Excluded, Result, Undo
+from irl.lesson_events import (
+    Acted,
+    Advised,
+    Answered,
+    Excluded,
+    Imported,
+    Result,
+    Undo,
+    hash_of_states,
+)
 from irl.lesson_replay import began, replay
 from irl.student import Student
 from models.scenes.planning_scene import HOME
@@ -131,6 +140,10 @@ def test_advice_counts_the_answers_that_say_otherwise(world, tmp_path):
         shown = {each["a"]: each["shown"] for each in group["actions"]}
         assert shown[action] == 1
         assert sum(shown.values()) == 1
+        (pictured,) = (each["answers"] for each in group["actions"] if each["a"] == action)
+        (row,) = pictured
+        assert desk.taught.answers[row["number"]].state == asked.state
+        assert row["where"] == world.say_state(asked.state)
         await say(room, 3, kind="advise", cluster=name, preferred=[], avoided=[action])
         assert "1 of your answers" in room.snapshot()["state"]["note"]
         assert events(desk, Advised)[0].avoided == [action]
@@ -144,6 +157,92 @@ def test_advice_counts_the_answers_that_say_otherwise(world, tmp_path):
         await say(room, 6, kind="undo")
         assert [piece.avoided for piece in desk.taught.advised] == [[action]]
         assert first in room.snapshot()["panels"]["said"]
+
+    asyncio.run(lead())
+
+
+def test_advice_is_changed_however_its_group_is_called_and_also_what_came_from_a_file(
+    world, tmp_path
+):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        states = desk.members("left ∩ below")
+        piece = ["left ∩ below", hash_of_states(states), [0, 1], []]
+        desk.take([Imported("theirs.json", [], [], [piece], [])])
+
+        def advice():
+            rows = room.snapshot()["panels"]["said"]
+            return [(each["what"], each["names"]) for each in rows if "names" in each]
+
+        assert advice() == [("prefer right, up", ["left", "below"])]
+        names = ["below", "left"]
+        group = (await say(room, 1, kind="group", names=names))["group"]
+        assert (group["preferred"], group["avoided"]) == ([0, 1], [])
+        given = {"kind": "advise", "cluster": group["expression"]}
+        await say(room, 2, **given, preferred=[0], avoided=[2])
+        assert advice() == [("prefer right; avoid left", ["left", "below"])]
+        assert [(p.preferred, p.avoided) for p in desk.taught.advised] == [([0], [2])]
+        await say(room, 3, **given, preferred=[], avoided=[])
+        assert not any(each.preferred + each.avoided for each in desk.taught.advised)
+        await say(room, 4, kind="undo")
+        assert advice() == [("prefer right; avoid left", ["left", "below"])]
+        await say(room, 5, kind="advise", cluster="above", preferred=[3], avoided=[])
+        assert len(desk.taught.advised) == 2  # of other states
+
+    asyncio.run(lead())
+
+
+def test_what_cannot_be_changed_is_taken_back_from_the_list(world, tmp_path):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        aside = desk.question.state
+        await say(room, 1, kind="skip", question=desk.question.token)
+        asked = desk.question
+        await say(room, 2, kind="answer", question=asked.token, action=right(world, asked))
+        assert aside in desk.taught.skipped
+        (row,) = (each for each in room.snapshot()["panels"]["said"] if each.get("back"))
+        await say(room, 3, kind="undo", number=row["number"])
+        assert not desk.taught.skipped
+        assert len(desk.taught.answers) == 1
+        assert not any(each.get("back") for each in room.snapshot()["panels"]["said"])
+        await say(room, 4, kind="undo", number=row["number"])
+        assert f"nothing said under {row['number']}" in room.note
+
+    asyncio.run(lead())
+
+
+def test_answers_are_held_out_from_when_the_teacher_says_so(world, tmp_path):
+    async def lead():
+        config = student_config("goal_posterior", 0, grid=True)
+        lesson = Lesson.begin(tmp_path / "lesson.db", began(world.subject, config))
+        desk = Desk(world, lesson, NoLearner())
+        room = enter(desk)
+        for number in range(14):
+            asked = desk.question
+            await say(room, number, kind="answer", question=asked.token, action=right(world, asked))
+            if number == 11:
+                assert not any(each.purpose == "held_out" for each in events(desk, Answered))
+                await say(room, "on", kind="hold_out", on=True)
+                assert room.snapshot()["state"]["holdsOut"]
+        assert any(each.purpose == "held_out" for each in events(desk, Answered))
+
+    asyncio.run(lead())
+
+
+def test_it_says_that_it_learns_only_once_a_first_trajectory_has_ended(world, tmp_path):
+    async def lead():
+        desk = begin(world, tmp_path / "lesson.db")
+        room = enter(desk)
+        told = []
+        while desk.policy is None:
+            asked = desk.question
+            action = right(world, asked)
+            await say(room, len(told), kind="answer", question=asked.token, action=action)
+            told.append((action, room.given["waits"]))
+        assert len(told) > 1
+        assert [waits for _, waits in told] == [action != -1 for action, _ in told]
 
     asyncio.run(lead())
 

@@ -88,6 +88,7 @@ def test_the_tutorial_from_the_first_question_until_it_is_enough(teaching, windo
         else:
             teach_once(one)
     assert "I have learnt enough, because" in one.read("enough")
+    assert "I have learnt enough" in one.read("learnt")  # over the view, whatever panel is open
     curve = one.page.get_attribute("[data-teach=curve]", "points")
     assert len(curve.split()) > 2
     results = [json.loads(body) for body in lesson.events("result")]
@@ -168,6 +169,58 @@ def test_what_was_said_is_taken_back_and_changed(teaching, window):
         time.sleep(0.05)
     assert json.loads(lesson.events("edit")[0]) == {"of": number, "changes": {"action": -1}}
     assert len(lesson.events("undo")) == 1
+    assert not one.errors
+
+
+def test_advice_is_changed_from_the_list_and_what_contradicts_it_is_shown_by_the_keyboard(
+    teaching, window
+):
+    lesson = teaching("--grid", str(SIDE)).start()
+    one = window(lesson.url)
+    world, state = grid_world(SIDE), int(one.asked("state"))
+    name = next(each for each, states in world.clusters.items() if state in states)
+    token, shown = one.asked("token"), int(world.model.actions_of(state)[0])
+    one.press(list(ARROWS)[shown], "Enter")
+    one.wait_for_another(token)
+    one.wait_until_asked()
+    one.press("a")
+    one.page.focus(f"[data-cluster={name}]")
+    one.press("Enter")
+    one.page.wait_for_selector(f"[data-advise='{shown}']")
+    one.page.focus(f"[data-advise='{shown}']")
+    one.press("Enter", "Enter")  # avoid
+    one.page.wait_for_selector("[data-teach=against]")
+    assert one.read("against").startswith("1 of your answers")
+    number = one.page.get_attribute("[data-teach=advice] [data-change]", "data-change")
+    one.page.focus("[data-do=advise]")
+    one.press("Enter")
+    one.page.wait_for_selector("[data-teach=note]")
+    assert "1 of your answers says otherwise" in one.read("note")
+
+    one.page.focus("[data-teach=advice] [data-change]")  # the answer is changed where it is shown
+    one.press("Enter")
+    one.page.wait_for_selector(f"[data-teach=advice] [data-edit='{number}']")
+    one.page.select_option(f"[data-edit='{number}']", "-1")
+    one.wait_for("() => !document.querySelector('[data-teach=against]')")
+    edit = {"of": int(number), "changes": {"action": -1}}
+    assert [json.loads(each) for each in lesson.events("edit")] == [edit]
+
+    one.press("Escape", "h")  # and the advice from the list
+    one.page.focus("[data-advice]")
+    one.press("Enter")
+    one.page.wait_for_selector(f"[data-advise='{shown}'].avoid")
+    one.page.focus(f"[data-advise='{shown}']")
+    one.press("Enter")  # neither
+    one.page.wait_for_selector(f"[data-advise='{shown}'][title=neither]")
+    one.page.focus("[data-do=advise]")
+    one.press("Enter")
+    one.press("Escape", "h")
+    one.wait_for(
+        "() => document.querySelector('[data-teach=said]')?.innerText.includes('no advice')"
+    )
+    changes = {"preferred": [], "avoided": []}
+    assert json.loads(lesson.events("edit")[-1])["changes"] == changes
+    assert len(lesson.events("advised")) == 1
     assert not one.errors
 
 

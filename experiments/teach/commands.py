@@ -6,7 +6,8 @@ A script is a file of JSON lines, one command each:
 |---|---|
 | ``{"action": 3}``, ``{"action": "done"}`` | answers; ``"proposed"`` takes what is preselected |
 | ``{"do": "skip"}``, ``{"do": "another"}`` | puts the question aside, for good or for now |
-| ``{"do": "undo"}``, ``{"do": "edit", "answer": 7, "action": 3}`` | takes back, corrects |
+| ``{"do": "undo"}``, ``{"do": "undo", "number": 7}`` | takes back the last said, or that |
+| ``{"do": "edit", "answer": 7, "action": 3}`` | corrects an answer |
 | ``{"do": "advise", "cluster": "a ∩ b", "preferred": [1], "avoided": [2]}`` | advises |
 | ``{"do": "cluster", "cluster": "a ∩ b"}`` | keeps an intersection |
 | ``{"do": "exclude", "answer": 7, "pairs": [[s, a]]}`` | refuses what a rule would label |
@@ -35,6 +36,7 @@ _OPTIONAL = {
     "answer": ("seconds", "previews", "outcome", "state"),
     "correct": ("after",),
     "run": ("state",),
+    "undo": ("number",),
     "advise": ("preferred", "avoided", "seconds"),
 }
 _WANTED: Mapping[str, tuple[str, ...]] = {
@@ -65,12 +67,21 @@ def read_script(path: Path) -> Iterator[tuple[str, Command]]:
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         if line.strip():
             place = f"{path}: line {number}"
-            try:
-                command = json.loads(line, object_pairs_hook=distinct)
-            except (ValueError, RecursionError) as error:
-                raise InputError(f"not JSON ({first_line(error)})", place=place) from None
-            check(command, place)
-            yield place, command
+            yield place, parsed(line, place)
+
+
+def parsed(line: str, place: str) -> Command:
+    """The command that a line of JSON is.
+
+    Raises:
+        InputError: if it is none.
+    """
+    try:
+        command = json.loads(line, object_pairs_hook=distinct)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"not JSON ({first_line(error)})", place=place) from None
+    check(command, place)
+    return command
 
 
 def check(command: Any, place: str) -> None:
@@ -111,7 +122,7 @@ def perform(desk: Desk, command: Command, token: str | None = None) -> str:
         "answer": lambda: _answer(desk, command),
         "skip": lambda: _told(_asked(desk, Desk.skip), "put aside"),
         "another": lambda: _told(_asked(desk, Desk.another), "later, perhaps"),
-        "undo": lambda: _told(desk.undo(token) is not None, "taken back"),
+        "undo": lambda: _told(desk.undo(token, command.get("number")) is not None, "taken back"),
         "edit": lambda: _told(
             desk.edit(command["answer"], _action(desk, command["action"]), token), "corrected"
         ),

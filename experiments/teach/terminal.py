@@ -1,12 +1,15 @@
 """A lesson in the terminal: questions in words, answers by number or by a word or two."""
 
 import time
+from collections.abc import Sequence
 
-from experiments.teach.commands import QUIT, Command, check, perform, settle
+from experiments.teach.commands import QUIT, Command, check, parsed, perform, settle
 from experiments.teach.desk import Desk
+from experiments.teach.said import said
 from experiments.teach.shown import Shown
+from experiments.teach.worlds import World
 from irl.errors import InputError
-from irl.lesson_events import DONE
+from irl.lesson_events import DONE, hash_of_states
 
 HELP = """\
 Enter        the marked choice          1 2 3    the learner's favourites
@@ -16,6 +19,10 @@ u            take the last thing back   s, n     put aside, for good or for now
 r            a new trajectory
 prefer C: N… avoid C: N…                advice for a cluster, such as: avoid grasped: 12 13
 clusters     their names                w        why this question
+said         what you said, with numbers
+edit K: …    the answer of that number was another, such as: edit 7: drop
+undo K       takes back what was said under that number
+{…}          any line of a script
 q            end the lesson"""
 
 
@@ -72,7 +79,7 @@ def understood(desk: Desk, asked: Shown, line: str) -> Command | None:
         InputError: if it is none.
     """
     world, plain = desk.world, line.lower()
-    if plain in ("a", "w", "clusters", "?", "h"):
+    if plain in ("a", "w", "clusters", "said", "?", "h"):
         print(_looked_up(desk, asked, plain))
         return None
     simple: dict[str, Command] = {
@@ -86,32 +93,77 @@ def understood(desk: Desk, asked: Shown, line: str) -> Command | None:
     }
     if plain in simple:
         return simple[plain]
-    if plain.split()[0] in ("prefer", "avoid") and ":" in line:
-        cluster, _, actions = line.partition(" ")[2].partition(":")
-        field = "preferred" if plain.startswith("prefer") else "avoided"
-        if not all(word.isdigit() for word in actions.split()):
-            raise InputError("numbers of actions wanted after the colon", place=line[:40])
-        return {"do": "advise", "cluster": cluster.strip(), field: [*map(int, actions.split())]}
+    if plain.startswith("{"):
+        return parsed(line, "answer")
+    first, _, rest = plain.partition(" ")
+    if first in ("prefer", "avoid") and ":" in rest:
+        return _advice(desk, first, line.partition(" ")[2])
+    number, colon, words = rest.partition(":")
+    if first == "edit" and colon and number.strip().isdigit():
+        answer = desk.taught.answers.get(int(number))
+        if answer is None:
+            raise InputError(f"no answer {number.strip()} holds; said lists them", place=line[:40])
+        choices = world.model.actions_of(answer.state).tolist()
+        return {"do": "edit", "answer": int(number), "action": _action(world, choices, words)}
+    if first == "undo" and rest.isdigit():
+        return {"do": "undo", "number": int(rest)}
     if plain.isdigit() and 1 <= int(plain) <= len(asked.top):
         return {"action": asked.top[int(plain) - 1]}
-    if plain[0] == "a" and plain[1:].isdigit():
-        return {"action": int(plain[1:])}
-    parts = plain.split()
-    choices = [*asked.feasible, DONE]
+    return {"action": _action(world, asked.feasible, plain)}
+
+
+def _advice(desk: Desk, verb: str, said: str) -> Command:
+    """Advice; what was said of the other side of the cluster before stays."""
+    name, _, numbers = said.partition(":")
+    cluster = name.strip()
+    if not all(word.isdigit() for word in numbers.split()):
+        raise InputError("numbers of actions wanted after the colon", place=said[:40])
+    actions = [*map(int, numbers.split())]
+    last = desk.taught.advice_on(hash_of_states(desk.members(cluster)))
+    sides = {
+        "prefer": [] if last is None else last.preferred,
+        "avoid": [] if last is None else last.avoided,
+    }
+    kept = {side: [a for a in before if a not in actions] for side, before in sides.items()}
+    kept[verb] = actions
+    return {
+        "do": "advise",
+        "cluster": cluster,
+        "preferred": kept["prefer"],
+        "avoided": kept["avoid"],
+    }
+
+
+def _action(world: World, feasible: Sequence[int], said: str) -> int:
+    """An action by its number, such as ``a17``, or by words that only it has.
+
+    Raises:
+        InputError: if these words are those of none, or of several.
+    """
+    parts = said.lower().split()
+    if len(parts) == 1 and parts[0][0] == "a" and parts[0][1:].isdigit():
+        return int(parts[0][1:])
+    if parts == ["d"]:
+        return DONE
+    choices = [*feasible, DONE]
     found = [a for a in choices if all(part in world.say_action(a).lower() for part in parts)]
     if len(found) != 1:
         told = ", ".join(world.say_action(a) for a in found[:4])
         raise InputError(
             f"{len(found)} actions have these words{f': {told}…' if found else ''}",
-            place=line[:40],
+            place=said[:40],
         )
-    return {"action": found[0]}
+    return found[0]
 
 
 def _looked_up(desk: Desk, asked: Shown, what: str) -> str:
     world = desk.world
     if what == "a":
         return "\n".join(f"  a{a:<3} {world.say_action(a)}" for a in asked.feasible)
+    if what == "said":
+        return "\n".join(
+            f"  {each['number']:<5} {each['what']} · {each['where']}" for each in said(desk)
+        )
     if what == "clusters":
         return "\n".join(
             f"  {name:<20} {world.cluster_words(name)} ({len(states)})"

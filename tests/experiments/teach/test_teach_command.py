@@ -16,6 +16,7 @@ from irl.errors import InputError
 from irl.lesson import Lesson
 from irl.lesson_events import Answered, Round
 from irl.lesson_replay import config_of
+from irl.lesson_taught import Taught
 
 GRID = ["--grid", "5"]
 
@@ -192,6 +193,34 @@ def test_the_terminal_asks_in_words_and_understands_words(tmp_path, capsys, monk
     assert "done: nothing to do here" in said
     assert told["answers"] >= 2
     assert "numbers of actions wanted" in said and "in 10 states" in said
+
+
+def test_what_was_said_in_the_terminal_is_listed_changed_and_taken_back(
+    tmp_path, capsys, monkeypatch
+):
+    typed = ['{"do": "run", "state": 11}', "up", "prefer left: 1 3", "avoid left: 3 2", "said",
+             "edit {answer}: right", "edit 999: up", "edit {answer}: nonsense", "s", "undo 999",
+             '{"do": "edit"', "q"]  # fmt: skip
+    path = tmp_path / "o" / "lesson.db"
+
+    def type_in(prompt):
+        line = typed.pop(0)
+        with Lesson(path, writable=False) as lesson:
+            numbers = [k for k, e in enumerate(lesson.events, 1) if isinstance(e, Answered)]
+        return line.replace("{answer}", str(numbers[-1])) if "{answer}" in line else line
+
+    monkeypatch.setattr("builtins.input", type_in)
+    run("--terminal", "--learner", "planning", "--out", str(tmp_path / "o"))
+    with Lesson(path, writable=False) as lesson:
+        taught = Taught.of(lesson.events)
+        ((number, answer),) = taught.answers.items()
+        assert (answer.state, answer.action) == (11, 0)
+        assert [(p.preferred, p.avoided) for p in taught.advised] == [([1], [2, 3])]
+    said = capsys.readouterr().out
+    assert f"{number}     up · column 2, row 3" in said
+    assert "prefer up; avoid left, down · the cells left of the middle" in said
+    assert "no answer 999 holds" in said and "0 actions have these words" in said
+    assert "nothing said under 999" in said and "not JSON" in said
 
 
 def test_rules_label_what_follows_where_they_are_asked_for_and_the_learner_uses_them(tmp_path):

@@ -113,6 +113,8 @@ def difference(desk: Desk, before: Policy | None, picture: Callable[[int], str])
     if before is None:
         return {"learnt": "Now I have a first idea of what you want.", "changed": []}
     other = np.flatnonzero(before.action != after.action)
+    if not other.size:
+        return {"learnt": "Having learnt from it, I do everything as before.", "changed": []}
     words = f"Having learnt from it, I do something else in {other.size:,} of {after.action.size:,}"
     # Rather those that it comes by; elsewhere it may waver between what is equally good.
     reasons = desk.asking.reasons

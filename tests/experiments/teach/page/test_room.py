@@ -347,6 +347,8 @@ def test_what_a_planner_does_otherwise_for_an_answer_is_pictured_and_may_be_pick
                 firsts.append(given["learnt"])
             elif before is not None and before is not desk.policy:
                 assert len(given["changed"]) <= 6
+                differs = (desk.policy.action != before.action).any()
+                assert ("something else in" if differs else "as before") in given["learnt"]
                 for each in given["changed"]:
                     state, action = each["pair"]
                     assert desk.policy.action[state] == action != before.action[state]

@@ -12,13 +12,17 @@ from diagrams.action_executor import PERIOD, Execution
 from diagrams.decisions import By, Choice, Decision, Sight, Step
 from diagrams.execution.watches import LOOK
 from diagrams.state_identifier import FLAT_ANGLE, identify_state, tilt
+from models.task.discretise import name_margin
 from models.task.spaces import N_FREE, Action, Kind
 from models.task.tracking import NOTHING, InHand
 
 SETTLE = 0.5
 """From the end of an action's motion until its outcome is read [s]."""
 LOOKS_AGAIN = 4
-"""How often the controller waits as long once more for a cube that is nowhere, or leans."""
+"""How often the controller waits as long once more for a cube that is nowhere, or leans, or may not
+be at the goal that it seems to be at."""
+SURE = 2.0
+"""Standard errors of a pose within which a cube must have the goal's name to have arrived."""
 CLAMPED = 0.06
 """So near to the tool centre point a cube that is neither held nor free may be clamped askew
 between fingers and table [m]."""
@@ -162,6 +166,9 @@ class PolicyController(LeafSystem):
         sight = self._sight(context, episode)
         state = self._decision.state(sight)
         leans = state in self._goals and _leans(sight.X_WO)
+        unsure = state in self._goals and not leans and _is_unsure(episode, sight.X_WO)
+        if unsure and episode.waited < LOOKS_AGAIN:
+            return replace(episode, finished_at=now, waited=episode.waited + 1)
         if (state == self._lost or leans) and episode.waited < LOOKS_AGAIN:
             # It may be in the air, in somebody's hand, or still on its way down.
             return replace(episode, finished_at=now, lying=NOTHING, waited=episode.waited + 1)
@@ -178,9 +185,9 @@ class PolicyController(LeafSystem):
             )
             steps = (*steps, step)
         over = replace(episode, steps=steps, state=state, finished_at=now)
-        # A cube beside the goal's cell has only its name, as one that leans on something: it is yet
-        # to be placed.
-        if state in self._goals and state == sight.state and not leans:
+        # A cube beside the goal's cell has only its name, as one that leans on something, or that
+        # may as well have another: it is yet to be placed.
+        if state in self._goals and state == sight.state and not (leans or unsure):
             return replace(over, verdict=Verdict.GOAL)
         if state == self._lost:
             clamped = self._clamped(context, sight, steps)
@@ -266,3 +273,12 @@ class PolicyController(LeafSystem):
 def _leans(X_WO: RigidTransform | None) -> bool:
     """Whether a cube is known to be askew, on none of its faces."""
     return X_WO is not None and tilt(X_WO) > FLAT_ANGLE
+
+
+def _is_unsure(episode: Episode, X_WO: RigidTransform | None) -> bool:
+    """Whether a cube may have another name than it seems to, by how its measured poses differ."""
+    if X_WO is None or not episode.lying.count:
+        return False
+    margins = name_margin(X_WO.rotation().matrix(), X_WO.translation())
+    errors = episode.lying.error
+    return any(m < SURE * e for m, e in zip(margins, errors, strict=True))

@@ -146,6 +146,31 @@ def nearest_orientation(R: ArrayLike) -> tuple[Indices, Array]:
     return _nearest_rotation(require_rotation(R, "R_WO"), R_WO)
 
 
+def name_margin(R: ArrayLike, p_WO: ArrayLike) -> tuple[Array, Array]:
+    """How far a free cube is from where it would be called by another state.
+
+    Args:
+        R: cube orientation ``[..., 3, 3]``.
+        p_WO: cube centre ``[..., 3]`` in metres.
+
+    Returns:
+        Horizontally, to the nearest edge of its column's cell, in metres, below 0 off the grid; and
+        the least angle by which another orientation of the table can become the nearest, in
+        radians ``[...]``.
+
+    Raises:
+        ModelError: if a shape is another, a matrix is not a rotation, or a value is not finite.
+    """
+    x, y, _ = np.moveaxis(_points("p_WO", p_WO), -1, 0)
+    edges = [
+        np.abs(grid[_nearest(grid, value)] - value) - (grid[1] - grid[0]) / 2
+        for grid, value in ((GRID_X, x), (GRID_Y, y))
+    ]
+    angles = geodesic_angle(require_rotation(R, "R_WO")[..., None, :, :], R_WO)
+    nearest = np.partition(angles, 1, axis=-1)
+    return -np.maximum(*edges), (nearest[..., 1] - nearest[..., 0]) / 2
+
+
 def nearest_gripper(R: ArrayLike) -> tuple[Indices, Array]:
     """Nearest of the 18 gripper orientations to ``R [..., 3, 3]``, and the angle to it in radians.
 

@@ -33,12 +33,14 @@ class InHand:
         p_GO: its centre in the hand ``[3]`` [m].
         count: how many measurements speak for that, `MEMORY` at most; 0 while nothing is held.
         slips: how often the cube has slipped since it was grasped.
+        spread: of these measurements about their mean: mean square distance [m²], angle [rad²].
     """
 
     R_GO: Array = field(default_factory=lambda: np.eye(3))
     p_GO: Array = field(default_factory=lambda: np.zeros(3))
     count: int = 0
     slips: int = 0
+    spread: tuple[float, float] = (0.0, 0.0)
     _far: tuple[tuple[Array, Array], ...] = ()
 
     def __deepcopy__(self, memo: dict) -> "InHand":
@@ -69,22 +71,42 @@ class InHand:
         if not self.count:
             return InHand(R, p, 1)
         if not self._is_far(R, p):
-            count = min(self.count + 1, MEMORY)
-            R = nearest_rotation(self.R_GO + (R - self.R_GO) / count)
-            return InHand(R, self.p_GO + (p - self.p_GO) / count, count, self.slips)
+            return self._refined(R, p)
         far = (*self._far, (R, p))
         if len(far) < AGREE:
             return replace(self, _far=far)
         slipped = InHand(*far[0], 1, self.slips + 1)
         for R, p in far[1:]:
-            count = slipped.count + 1
-            slipped = replace(
-                slipped,
-                R_GO=nearest_rotation(slipped.R_GO + (R - slipped.R_GO) / count),
-                p_GO=slipped.p_GO + (p - slipped.p_GO) / count,
-                count=count,
-            )
+            slipped = slipped._refined(R, p)
         return slipped
+
+    @property
+    def error(self) -> tuple[float, float]:
+        """Standard error of the mean in any one direction [m], and about any one axis [rad].
+
+        Infinite for a single measurement, of which none tells how far off it is.
+        """
+        if self.count < 2:
+            return np.inf, np.inf
+        distance, angle = (float(np.sqrt(s / 3.0 / (self.count - 1))) for s in self.spread)
+        return distance, angle
+
+    def _refined(self, R: Array, p: Array) -> "InHand":
+        """With one more measurement that agrees with those before."""
+        count = min(self.count + 1, MEMORY)
+        off = float(np.linalg.norm(p - self.p_GO)), float(geodesic_angle(R, self.R_GO))
+        # Welford's recursion for a mean and the mean square about it.
+        distance, angle = (
+            s + ((count - 1) / count * d**2 - s) / count
+            for s, d in zip(self.spread, off, strict=True)
+        )
+        return InHand(
+            nearest_rotation(self.R_GO + (R - self.R_GO) / count),
+            self.p_GO + (p - self.p_GO) / count,
+            count,
+            self.slips,
+            (distance, angle),
+        )
 
     def _is_far(self, R: Array, p: Array) -> bool:
         distance = float(np.linalg.norm(p - self.p_GO))

@@ -180,9 +180,10 @@ class Hand(LeafSystem):
         beside: how far off the cube is [m].
         falls: whether it then falls to the table.
         leans: for how long the cube is askew [s].
+        noise: standard deviation of its measured place along x [m].
     """
 
-    def __init__(self, beside, falls, leans=0.0):
+    def __init__(self, beside, falls, leans=0.0, noise=0.0):
         super().__init__()
         self.raised = 0.012
         request = self.DeclareVectorInputPort("request", 2)
@@ -194,7 +195,9 @@ class Hand(LeafSystem):
         def cube(context, output):
             opened = context.get_discrete_state(asked).value()[0] > 0
             raised = 0.0 if opened and falls else self.raised
-            p_WO = [0.55 + beside, 0.0, spaces.REST_HEIGHT + raised]
+            rng = np.random.default_rng(round(10 * context.get_time()))
+            x = 0.55 + beside + rng.normal(0.0, noise)
+            p_WO = [x, 0.0, spaces.REST_HEIGHT + raised]
             tilt = 0.1 if context.get_time() < leans else 0.0
             output.set_value(RigidTransform(RotationMatrix.MakeXRotation(tilt), p_WO))
 
@@ -263,6 +266,22 @@ def test_fingers_let_go_once_of_a_cube_that_may_be_clamped(beside, falls, verdic
 )
 def test_a_cube_that_leans_is_at_no_goal_until_it_lies(leans, verdict):
     below = Hand(0.0, True, leans)
+    below.raised = 0.0
+    middle = int(nearest_column(np.array([0.55, 0.0, spaces.REST_HEIGHT])))
+    assert beside_a_hand(below, [spaces.State(middle, 0).index]).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("beside", "noise", "verdict"),
+    [
+        (0.0, 0.003, Verdict.GOAL),
+        (0.0245, 0.0, Verdict.GOAL),
+        # Half a millimetre from the cell's edge, and seen to within 3: it may be beyond.
+        (0.0245, 0.003, Verdict.NO_ACTION),
+    ],
+)
+def test_a_cube_has_arrived_where_its_measured_poses_leave_no_doubt(beside, noise, verdict):
+    below = Hand(beside, True, noise=noise)
     below.raised = 0.0
     middle = int(nearest_column(np.array([0.55, 0.0, spaces.REST_HEIGHT])))
     assert beside_a_hand(below, [spaces.State(middle, 0).index]).verdict == verdict

@@ -111,3 +111,37 @@ def test_a_cube_on_the_table_beside_the_grid_belongs_to_the_nearest_column():
     # What leans on something, or has fallen, does not lie.
     assert discretise.nearest_column(p_WO + np.array([0.0, 0.0, 0.012]))[0] == -1
     assert discretise.nearest_column(p_WO - np.array([0.0, 0.0, 0.5]))[0] == -1
+
+
+ASIDE = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
+
+
+def test_within_its_margin_a_cube_keeps_its_name_and_just_beyond_it_may_lose_it():
+    rng = np.random.default_rng(4)
+    for _ in range(40):
+        R = rotation_vector_to_matrix(rng.normal(size=3))
+        p = np.array([rng.uniform(0.475, 0.625), rng.uniform(-0.15, 0.15), spaces.REST_HEIGHT])
+        distance, angle = discretise.name_margin(R, p)
+        assert distance >= 0.0 and angle >= 0.0
+        own = discretise.nearest_orientation(R)[0]
+        axes = rng.normal(size=(100, 3))
+        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        turned = rotation_vector_to_matrix(0.99 * angle * axes) @ R
+        assert (discretise.nearest_orientation(turned)[0] == own).all()
+        column = int(discretise.nearest_column(p))
+        near, far = (p + share * distance * ASIDE for share in (0.99, 1.01))
+        assert (discretise.nearest_column(near) == column).all()
+        assert ((discretise.nearest_column(far) != column) | discretise.off_table(far)).any()
+
+
+@pytest.mark.parametrize(("yaw", "angle"), [(0.0, 22.5), (20.0, 2.5), (22.4, 0.1), (44.0, 21.5)])
+def test_between_two_yaws_the_margin_is_the_way_to_the_middle(yaw, angle):
+    R = rotation_z(np.radians(yaw)) @ R_WO[0]
+    distance, found = discretise.name_margin(R, [0.56, 0.03, spaces.REST_HEIGHT])
+    assert np.degrees(found) == pytest.approx(angle)
+    assert distance == pytest.approx(0.015)  # to x = 0.575
+
+
+def test_off_the_grid_there_is_no_margin():
+    distance, _ = discretise.name_margin(R_WO[0], [0.63, 0.0, spaces.REST_HEIGHT])
+    assert distance == pytest.approx(-0.005)

@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 
 from models.errors import ModelError
-from models.rotations import geodesic_angle, rotation_vector_to_matrix, rotation_x, rotation_z
+from models.rotations import (
+    geodesic_angle,
+    matrix_to_rotation_vector,
+    rotation_vector_to_matrix,
+    rotation_x,
+    rotation_z,
+)
 from models.task.tracking import NOTHING
 
 R_GO, P_GO = rotation_z(0.4) @ rotation_x(0.2), np.array([0.001, -0.002, 0.004])
@@ -37,6 +43,26 @@ def test_noise_of_5_mm_and_5_degrees_averages_out_and_is_no_slip():
     assert known.slips == 0
     assert known.p_GO == pytest.approx(P_GO, abs=0.002)
     assert np.degrees(geodesic_angle(known.R_GO, R_GO)) < 2.0
+
+
+def test_its_error_is_how_far_the_mean_is_off_in_one_direction_and_about_one_axis():
+    rng = np.random.default_rng(3)
+    sd, angle, off, told = 0.002, np.radians(2.0), [], []
+    for _ in range(200):
+        known = NOTHING
+        assert known.error == (np.inf, np.inf)
+        for _ in range(8):
+            known = measure(known, R_GO, P_GO, rng, sd=sd, angle=angle)
+        turn = matrix_to_rotation_vector(R_GO.T @ known.R_GO)
+        off.append([*(known.p_GO - P_GO), *turn])
+        told.append(known.error)
+    true = np.sqrt(np.mean(np.square(off), axis=0)).reshape(2, 3).mean(axis=1)
+    np.testing.assert_allclose(np.sqrt(np.mean(np.square(told), axis=0)), true, rtol=0.1)
+    # Of what is measured well there is none.
+    exact = NOTHING
+    for _ in range(5):
+        exact = measure(exact, R_GO, P_GO, rng)
+    assert max(exact.error) < 1e-7
 
 
 def test_a_jump_is_a_slip_once_it_is_seen_again_and_a_single_one_is_not():

@@ -13,6 +13,9 @@ _TURN = 2.0 * np.pi
 _CRUISE = 0.98
 """Share of the speed limit at which a limited reference goes: joints that follow it swing by 1.3 %
 of their limit around its speed."""
+_CATCHES_UP = 0.25
+"""By what share of the limit a limited reference goes slower whose joint is behind by `LEAD`: once
+that comes free, it goes so much faster until it has caught up."""
 LEAD = 0.012
 """From a joint to its reference at most [rad].
 
@@ -138,13 +141,17 @@ def _follow(command: Array, before: Array, measured: Array, limits: Array, perio
             counts |= target != turned
         else:
             toward = moving + _approach(target - moving * period - reference, change, period)
-            toward = min(max(toward, -_CRUISE * fastest), _CRUISE * fastest)
+            lags = min(abs(reference - measured[i]) / LEAD, 1.0)
+            cruise = (_CRUISE - _CATCHES_UP * lags) * fastest
+            toward = min(max(toward, -cruise), cruise)
             speed = min(max(toward, speed - change), speed + change)
             after[i], after[n + i] = reference + speed * period, speed
             counts = True
         waits = min(max(after[i], measured[i] - LEAD), measured[i] + LEAD)
         if waits != after[i]:
-            after[i], after[n + i] = waits, (waits - reference) / period
+            # A joint that is thrown is not to be followed at its speed, but held back.
+            goes = (waits - reference) / period
+            after[i], after[n + i] = waits, min(max(goes, -fastest), fastest)
             counts = True
         after[2 * n + i], after[3 * n + i] = target, moves
     after[4 * n] += counts

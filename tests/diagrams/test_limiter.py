@@ -152,6 +152,26 @@ def test_the_reference_waits_for_a_joint_that_is_held_up(limiter):
     assert references[-1] == pytest.approx(target, abs=1e-6)
 
 
+def test_a_joint_that_lags_is_led_on_more_slowly_and_one_that_is_thrown_within_its_limit(
+    limiter,
+):
+    """For what has fallen behind catches up once it comes free."""
+    speeds = []
+    for lag in (0.0, 0.5 * LEAD, LEAD):
+        memory = limiter.at_rest(np.zeros(2))
+        for _ in range(600):
+            memory = limiter.follow(np.full(2, 1.9), memory, memory[:2] - lag)
+        speeds.append(memory[2:4] / SPEED)
+    assert (speeds[0] > 0.97).all()
+    assert (speeds[2] < 0.8).all() and (speeds[2] < speeds[1]).all() and (speeds[1] < 0.9).all()
+
+    thrown = np.zeros(2)
+    for _ in range(50):
+        thrown = thrown + 3.0 * SPEED * PERIOD
+        memory = limiter.follow(np.full(2, 1.9), memory, thrown)
+        assert (memory[2:4] <= SPEED * (1 + 1e-9)).all()
+
+
 @pytest.mark.parametrize("angle", [np.nan, np.inf, -np.inf, 1e7])
 def test_what_is_no_angle_is_refused_by_its_joint(limiter, angle):
     with pytest.raises(ModelError, match=f"wheel {angle:g}".replace("+", r"\+")):

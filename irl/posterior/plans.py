@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from scipy import sparse
 
+from irl.groups import alike
 from irl.mdp import TransitionModel
 
 _SETTLED = 1e-4  # change of a sweep, where a goal is worth 1: far below any cost that matters
@@ -61,10 +62,9 @@ class HardPlans:
         widths = model.widths[model.acting]
         turn = np.minimum(np.arange(widths.max(initial=1))[:, None], widths - 1)
         pair = turn + model.first_pair[model.acting]
-        mark = np.random.default_rng(0).random((2, model.n_states))
-        led = _alike(model.P @ mark[0] + 1j * (model.P @ mark[1]), pair)
+        led = _in_turn(*model.outcomes, pair)
         mark = np.random.default_rng(1).random((2, self.costs.shape[1]))
-        paid = _alike(self.costs @ mark[0] + 1j * (self.costs @ mark[1]), pair)
+        paid = _in_turn(*alike(self.costs @ mark[0] + 1j * (self.costs @ mark[1])), pair)
         return led[0], paid[0], torch.from_numpy(led[1]), torch.from_numpy(paid[1])
 
     @cached_property
@@ -134,12 +134,13 @@ class HardPlans:
         return P @ f - costs @ sizes.astype(np.float32)
 
 
-def _alike(mark: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Kinds of equal entries of ``mark`` ``[n]``: the first of each, and the kinds of ``asked``.
+def _in_turn(
+    first: np.ndarray, kind: np.ndarray, asked: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`alike`, of ``asked`` alone, with kinds numbered as they are asked for.
 
-    Kinds are numbered as they are asked for: rows that are picked in turn then lie side by side.
+    Rows that are picked in turn then lie side by side.
     """
-    _, first, kind = np.unique(mark, return_index=True, return_inverse=True)
     _, met = np.unique(kind[asked], return_index=True)
     order = np.argsort(met)
     return first[order], np.argsort(order)[kind[asked]]

@@ -46,10 +46,10 @@ class ActiveConfig(Settings):
     """Whether preferred and avoided states change the learnt values."""
     action_advice: bool = True
     """Whether the expert is asked."""
-    avoid: str = "mask"
+    avoid: str = "doubt"
     """What happens to avoided actions: mask excludes them, unless that costs the way to where
-    demonstrations ended; doubt excludes them where that costs little by what was learnt from
-    labels; thesis lowers their value."""
+    demonstrations ended; doubt excludes them so too, but only where that costs little by what was
+    learnt from labels; thesis lowers their value."""
     prefer: str = "ignore"
     """What happens to preferred actions: nothing with ignore; with thesis they gain 20 % of |Q|,
     which can break a policy that is good without."""

@@ -92,3 +92,9 @@ class Groups:
         """
         equal = np.flatnonzero(values == self.spread(of_group))
         return equal[np.searchsorted(self.segment[equal], np.arange(len(self)))]
+
+
+def alike(mark: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Equal entries of ``mark`` ``[n]``: where each kind is first, and what kind every one is."""
+    _, first, kind = np.unique(mark, return_index=True, return_inverse=True)
+    return first, kind

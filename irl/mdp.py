@@ -12,7 +12,7 @@ from scipy import sparse
 
 from irl.choices import check_range
 from irl.errors import InputError
-from irl.groups import Groups
+from irl.groups import Groups, alike
 from irl.integers import reals, unmasked
 from irl.pairs import pair_key, split_key
 
@@ -183,6 +183,16 @@ class TransitionModel:
     def surprise(self) -> np.ndarray:
         """Probability that a pair's likeliest outcome does not come; float64 ``[n_pairs]``."""
         return 1.0 - self.P.max(axis=1).toarray().ravel()
+
+    @cached_property
+    def outcomes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The first pair of every distinct distribution, int64, and which one each pair leads to.
+
+        There may be many fewer distributions than pairs: from wherever a cube is carried to a
+        place, it lies there.
+        """
+        mark = np.random.default_rng(0).random((2, self.n_states))
+        return alike(self.P @ mark[0] + 1j * (self.P @ mark[1]))
 
     @cached_property
     def groups(self) -> Groups:

@@ -9,9 +9,10 @@ Whatever f says that a state *costs* remains.
 
 An expert may be wrong, and to avoid what is right can cost the way to where demonstrations ended.
 What is avoided in a state is therefore not heeded there if, by the learner's own account, a run
-would get to such an end less often than without advice. With ``avoid="doubt"`` it is not heeded
-either where all that is left is worse, by the values learnt without advice, by more than half of
-what one action more on the way costs. ``"mask"`` obeys there: labels may be too few to tell.
+would get to such an end less often than without advice. With ``avoid="doubt"``, the default, it is
+not heeded either where all that is left is worse, by the values learnt without advice, by more than
+half of what one action more on the way costs. ``"mask"`` obeys there: labels may be too few to
+tell. By that right advice gains a little more, and wrong advice costs much.
 """
 
 from dataclasses import dataclass
@@ -47,7 +48,7 @@ class PolicyUpdate:
     model: TransitionModel
     gamma: float
     kind: str = "greedy"
-    avoid: str = "mask"
+    avoid: str = "doubt"
     prefer: str = "ignore"
 
     def q(self, f: np.ndarray, caution: float, advice: Advice, ends: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ SETS = {
     "active": "asked by the learner, 8.11 %",
 }
 ADVICE = {"none": "no advice", "action": "on actions", "state": "on states", "both": "both"}
-FORMS = {"mask": "excluded", "doubt": "doubted", "thesis": "as in the thesis"}
+FORMS = {"doubt": "doubted", "mask": "excluded", "thesis": "as in the thesis"}
 METHODS = {"thesis": "thesis' network", "fa_mlirl": "ours"}
 
 
@@ -108,11 +108,12 @@ def advice(result: Result) -> list[str]:
     ]
     return [
         *lines,
-        "**Wrong advice** (thesis 6.1). A wrong answer wants avoided half of what is right",
-        "somewhere in its cluster, and prefers an action that is wrong throughout. *Excluded*, the",
-        "demo's way: what is avoided is out, unless that costs the way to where demonstrations",
-        "ended. *Doubted*: nor where it costs much by what was learnt from labels. *As in the",
-        "thesis*: an avoided action is worth −2, a preferred one gains 20 % of |Q|.",
+        "**What is made of advice on actions, right and wrong** (thesis 6.1). A wrong answer wants",
+        "avoided half of what is right somewhere in its cluster, and prefers an action that is",
+        "wrong throughout. *Excluded*: what is avoided is out, unless that costs the way to where",
+        "demonstrations ended. *Doubted*, the demo's way: so too, but not where it costs much by",
+        "what was learnt from labels. *As in the thesis*: an avoided action is worth −2, a",
+        "preferred one gains 20 % of |Q|.",
         "",
         *tabled(["states shown", "wrong answers", "what is avoided is", *head[2:]], wrong),
     ]
@@ -169,7 +170,8 @@ def clusters(result: Result) -> list[str]:
     ]
     head = ["clusters", "answers", "pairs excluded, %", "gain of accuracy", "success lost"]
     return [
-        f"From {result['labels']} demonstrated states; {len(result['seeds'])} seeds, points.",
+        f"From {result['labels']} demonstrated states; {len(result['seeds'])} seeds, points. Answers",
+        "are right, and obeyed.",
         "",
         *tabled(head, rows),
     ]

@@ -165,9 +165,14 @@ class Planner:
                 "γ n^(1/p) must be below 1; choose a higher order"
             )
         self.V = np.zeros(self.model.n_states)
-        self._entry = np.zeros(self.model.n_pairs)
+        self._entry = np.zeros(self.model.n_pairs if self.of_pairs else self._P.shape[0])
         self._warm = np.zeros(self.model.n_states)
         self._krylov = True
+
+    @cached_property
+    def _P(self) -> sparse.csr_matrix:
+        """What every distinct distribution leads to: many fewer rows than pairs."""
+        return self.model.P[self.model.outcomes[0]]
 
     @cached_property
     def _identity(self) -> sparse.csr_matrix:
@@ -187,7 +192,7 @@ class Planner:
         if reward.shape != (size,) or not np.isfinite(reward).all():
             raise InputError(f"reward: finite values [{size}] wanted, got {list(reward.shape)}")
         # Folded once: a sweep is one matrix product.
-        self._entry = entry = reward if self.of_pairs else self.model.P @ reward
+        self._entry = entry = reward if self.of_pairs else self._P @ reward
         V = self.V
         for round_ in count():
             for _ in range(_SWEEPS):
@@ -201,7 +206,8 @@ class Planner:
                 break
             if round_ < _NEWTON_STEPS:
                 q = self._q(entry, V)
-                step = self._newton(q, self._values(q) - V)
+                after = self._values(q)
+                step = self._newton(q, after, after - V)
                 if step is not None:
                     V = V + step
         self.V = V
@@ -221,14 +227,15 @@ class Planner:
             ∂L/∂R, float64, as many.
         """
         q = self._q(self._entry, self.V)
+        v = self._values(q)
         if not self.of_pairs:
-            return self._carried(q, g)
-        mu = self._carried(q, self.gamma * (self.model.P.T @ g))
-        return g + self._slopes(q) * mu[self.model.pair_state]
+            return self._carried(q, v, g)
+        mu = self._carried(q, v, self.gamma * (self.model.P.T @ g))
+        return g + self._slopes(q, v) * mu[self.model.pair_state]
 
-    def _carried(self, q: np.ndarray, g: np.ndarray) -> np.ndarray:
-        """The μ of μ = g + γ (W P)ᵀ μ, ``[n_states]``, at the values of the pairs."""
-        back = self._onward(q, self.gamma).T.tocsr()
+    def _carried(self, q: np.ndarray, v: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """The μ of μ = g + γ (W P)ᵀ μ, ``[n_states]``, at values of the pairs and states."""
+        back = self._onward(q, v, self.gamma).T.tocsr()
         enough = self.tolerance * max(np.abs(g).sum(), np.finfo(float).tiny)
         mu, failed = bicgstab(
             self._identity - back, g, x0=self._warm, rtol=self.tolerance, maxiter=_KRYLOV_STEPS
@@ -243,7 +250,7 @@ class Planner:
             if left <= max(enough * (1 - self._rate), _ROUNDING * np.abs(mu).sum()):
                 break
             if failed or sweep == _PULL_SWEEPS:
-                weight = self._onward(q, 1.0).T.tocsr()
+                weight = self._onward(q, v, 1.0).T.tocsr()
                 exact = Onward(weight, self.gamma, krylov=not failed).solve(g)
                 if exact is not None:
                     mu = exact
@@ -252,35 +259,37 @@ class Planner:
         self._warm = mu
         return mu
 
-    def _newton(self, q: np.ndarray, residual: np.ndarray) -> np.ndarray | None:
+    def _newton(self, q: np.ndarray, v: np.ndarray, residual: np.ndarray) -> np.ndarray | None:
         """(I − γ W P)⁻¹ residual, nearly; None if that is too much to ask."""
         if self._krylov:
-            system = self._identity - self._onward(q, self.gamma)
+            system = self._identity - self._onward(q, v, self.gamma)
             step, failed = bicgstab(system, residual, rtol=_NEWTON, maxiter=_KRYLOV_STEPS)
             if not failed:
                 return step
             self._krylov = residual.size > LARGEST
-        return Onward(self._onward(q, 1.0), self.gamma, krylov=False).solve(residual)
+        return Onward(self._onward(q, v, 1.0), self.gamma, krylov=False).solve(residual)
 
     def _q(self, entry: np.ndarray, V: np.ndarray) -> np.ndarray:
-        return entry + self.gamma * (self.model.P @ V)
+        """Values of the pairs; ``entry`` is of every pair, or else of every distribution."""
+        ahead, kind = self.gamma * (self._P @ V), self.model.outcomes[1]
+        return entry + ahead[kind] if self.of_pairs else (entry + ahead)[kind]
 
     def _values(self, q: np.ndarray) -> np.ndarray:
         V = np.zeros(self.model.n_states)
         V[self.model.acting] = self.maximum.values(q, self.model.groups)
         return V
 
-    def _slopes(self, q: np.ndarray) -> np.ndarray:
-        """∂V/∂Q at the given values of the pairs, ``[n_pairs]``."""
-        v = self._values(q)[self.model.acting]
-        return self.maximum.slopes(q, v, self.model.groups)
+    def _slopes(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """∂V/∂Q, ``[n_pairs]``, at the given values of the pairs, and v = `_values` of them."""
+        return self.maximum.slopes(q, v[self.model.acting], self.model.groups)
 
-    def _onward(self, q: np.ndarray, gamma: float) -> sparse.csr_matrix:
-        """γ W P at the given values of the pairs, ``[n_states, n_states]``."""
+    def _onward(self, q: np.ndarray, v: np.ndarray, gamma: float) -> sparse.csr_matrix:
+        """γ W P at the same, ``[n_states, n_states]``."""
         model = self.model
-        weight = gamma * self._slopes(q)
+        weight = gamma * self._slopes(q, v)
         used = np.flatnonzero(weight)
+        first = np.searchsorted(model.pair_state[used], np.arange(model.n_states + 1))
         choice = sparse.csr_matrix(
-            (weight[used], (model.pair_state[used], used)), shape=(model.n_states, model.n_pairs)
+            (weight[used], used, first), shape=(model.n_states, model.n_pairs)
         )
         return choice @ model.P

@@ -90,8 +90,8 @@ class Evidence:
         even = 1 / self.groups.widths[group]
         for b, beta in enumerate(BETAS):
             likely = np.exp(beta * advantage)
-            share = likely / np.add.reduceat(likely, self.groups.first)[self.groups.segment]
+            share = likely[self.label] / np.add.reduceat(likely, self.groups.first)[group]
             for e, epsilon in enumerate(EPSILONS):
-                p = (1 - epsilon) * share[self.label] + epsilon * even[:, None]
+                p = (1 - epsilon) * share + epsilon * even[:, None]
                 total[:, b, e] += self.count @ np.log(p)
         return total

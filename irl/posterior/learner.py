@@ -94,7 +94,7 @@ class GoalLearner:
         if not len(shown) and not len(shown.ends):
             raise InputError("at least one pair, or one run's end, wanted", place="demonstrations")
         shown.check(self.problem.model, "demonstrations")
-        for name in ("action", "predicted", "ends_agree"):
+        for name in ("q", "action", "predicted", "ends_agree"):
             self.__dict__.pop(name, None)
         known, self.shown = set(self.shown.ends[:, 2].tolist()), shown
         self.belief.observe(shown)
@@ -119,7 +119,7 @@ class GoalLearner:
         goals = propose(ends[:_MOST_ENDS], rewarded, self.problem.factors, model.n_states)
         self.belief.propose(goals)
 
-    @property
+    @cached_property
     def q(self) -> np.ndarray:
         """Mean action values, float64 ``[n_states, n_actions]``; −∞ where infeasible."""
         return action_values(self.belief)

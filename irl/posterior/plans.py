@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from scipy import sparse
 
+from irl.groups import alike
 from irl.mdp import TransitionModel
 
 _SETTLED = 1e-4  # change of a sweep, where a goal is worth 1: far below any cost that matters
@@ -58,14 +59,13 @@ class HardPlans:
         last, which changes no maximum.
         """
         model = self.model
-        mark = np.random.default_rng(0).random((2, model.n_states))
-        led = _alike(model.P @ mark[0] + 1j * (model.P @ mark[1]))
-        mark = np.random.default_rng(1).random((2, self.costs.shape[1]))
-        paid = _alike(self.costs @ mark[0] + 1j * (self.costs @ mark[1]))
         widths = model.widths[model.acting]
         turn = np.minimum(np.arange(widths.max(initial=1))[:, None], widths - 1)
         pair = turn + model.first_pair[model.acting]
-        return led[0], paid[0], torch.from_numpy(led[1][pair]), torch.from_numpy(paid[1][pair])
+        led = _in_turn(*model.outcomes, pair)
+        mark = np.random.default_rng(1).random((2, self.costs.shape[1]))
+        paid = _in_turn(*alike(self.costs @ mark[0] + 1j * (self.costs @ mark[1])), pair)
+        return led[0], paid[0], torch.from_numpy(led[1]), torch.from_numpy(paid[1])
 
     @cached_property
     def _P_shared(self) -> sparse.csr_matrix:
@@ -88,27 +88,30 @@ class HardPlans:
     def _solve(self, goals: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         _, pays, _, _ = self._shared
         cost = self.costs[pays] @ sizes.astype(np.float32)
-        held = goals | self.fixed[:, None]
+        held = np.ascontiguousarray(goals | self.fixed[:, None])
         value = np.where(goals, np.float32(1), self.value[:, None])
         f = np.where(held, value, np.float32(0))
-        left = np.arange(goals.shape[1])  # columns that still change
+        settled, left = f.copy(), np.arange(goals.shape[1])  # columns that still change
         for _ in range(_MOST_SWEEPS):
-            before = f[:, left]
-            after = np.where(held[:, left], value[:, left], self._sweep(before, cost[:, left]))
-            f[:, left] = after
-            moving = np.abs(after - before).max(axis=0, initial=0.0) > _SETTLED
+            before, f = f, self._sweep(f, cost)
+            np.copyto(f, value, where=held)
+            moving = np.abs(f - before).max(axis=0, initial=0.0) > _SETTLED
             if not moving.any():
                 break
             # Fewer columns take less time, but to leave one out at a time would take more.
             if moving.sum() <= 0.75 * left.size:
+                settled[:, left] = f
                 left = left[moving]
-        return f
+                f, cost, held, value = (
+                    np.compress(moving, each, axis=1) for each in (f, cost, held, value)
+                )
+        settled[:, left] = f
+        return settled
 
     def _sweep(self, f: np.ndarray, cost: np.ndarray) -> np.ndarray:
         """γ max_a [P f − cost], 0 where nothing can be done; ``cost`` is of each distinct one."""
         _, _, led, paid = self._shared
-        ahead = torch.from_numpy(self._P_shared @ np.ascontiguousarray(f))
-        dear = torch.from_numpy(np.ascontiguousarray(cost))
+        ahead, dear = torch.from_numpy(self._P_shared @ f), torch.from_numpy(cost)
         best = ahead.index_select(0, led[0]).sub_(dear.index_select(0, paid[0]))
         gained, spent = torch.empty_like(best), torch.empty_like(best)
         for k in range(1, len(led)):
@@ -131,7 +134,13 @@ class HardPlans:
         return P @ f - costs @ sizes.astype(np.float32)
 
 
-def _alike(mark: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Equal entries of ``mark`` ``[n]``: the place of the first of each, and each one's number."""
-    _, first, number = np.unique(mark, return_index=True, return_inverse=True)
-    return first, number.astype(np.int64)
+def _in_turn(
+    first: np.ndarray, kind: np.ndarray, asked: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`alike`, of ``asked`` alone, with kinds numbered as they are asked for.
+
+    Rows that are picked in turn then lie side by side.
+    """
+    _, met = np.unique(kind[asked], return_index=True)
+    order = np.argsort(met)
+    return first[order], np.argsort(order)[kind[asked]]

@@ -183,3 +183,16 @@ def test_a_table_with_a_mask_over_it_is_refused():
     table = np.ma.array(np.eye(2)[:, None, :], mask=np.eye(2)[:, None, :] > 0)
     with pytest.raises(InputError, match="transitions: 2 entries are masked"):
         TransitionModel.from_dense(table)
+
+
+def test_pairs_that_lead_alike_have_one_distribution():
+    """By action 0 from everywhere to state 2, by action 1 to a state of one's own."""
+    P = np.zeros((3, 2, 3))
+    P[:, 0, 2] = 1
+    P[range(3), 1] = [[0.5, 0.5, 0], [0.25, 0.75, 0], [0.5, 0.5, 0]]
+    model = TransitionModel.from_dense(P, P.sum(axis=2) > 0)
+    first, kind = model.outcomes
+    assert first.size == 3
+    assert kind[[0, 2, 4]].tolist() == [kind[0]] * 3
+    assert kind[1] == kind[5] != kind[3]
+    np.testing.assert_array_equal(model.P[first][kind].toarray(), model.P.toarray())

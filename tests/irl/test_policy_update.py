@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from irl.active_config import ActiveConfig
 from irl.advice import Advice
 from irl.mdp import TransitionModel
 from irl.metrics import success_mdp
@@ -101,7 +102,9 @@ def test_caution_goes_into_the_plan(corridor):
     np.testing.assert_allclose(planned, [V0, V1, 1.0], atol=1e-9)
 
 
-def told(model: TransitionModel, f: np.ndarray, avoided, avoid="mask") -> np.ndarray:
+def told(
+    model: TransitionModel, f: np.ndarray, avoided, avoid: str = ActiveConfig().avoid
+) -> np.ndarray:
     """The policy with actions avoided in states, as (states, actions)."""
     advice = Advice.none(model.n_states, model.n_actions)
     for states, actions in avoided:
@@ -132,3 +135,4 @@ def test_what_costs_nearly_an_action_more_is_obeyed_or_doubted(avoid, dearer, fi
     f = np.array([GAMMA**2, GAMMA, GAMMA - dearer, 1.0])
     assert told(model, f, [])[0] == 0
     assert told(model, f, [([0], [0])], avoid)[0] == first[avoid == "doubt"]
+    assert told(model, f, [([0], [0])])[0] == first[1]  # by default

@@ -1,6 +1,6 @@
 """One lesson about a hidden reward: what a learner is shown, what it asks, and how good it gets."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -202,16 +202,26 @@ def will_do(
     return proposed if proposed is not None and right[said] and right[proposed] else said
 
 
-def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[str, Any]]:
-    """Rows of one learner's lesson about one reward: before its questions, and after them."""
+def lesson(
+    setting: Setting, names: Sequence[str], number: int, noise: float
+) -> list[dict[str, Any]]:
+    """Rows of a lesson about one reward: before its questions, and after them.
+
+    Args:
+        setting: what lessons have in common.
+        names: who learns; one of `LEARNERS`, or ``goal_posterior`` and its student.
+        number: of the reward.
+        noise: the share of wrong labels.
+    """
+    name, *_ = names
     reward = with_noise(setting.reward(number), noise)
     rng = np.random.default_rng([setting.seed, number, round(1000 * noise), LEARNERS[name]])
     shown = shown_runs(setting, reward, LEARNERS[name], rng)
     rows = []
-    if name.startswith("goal_posterior"):
-        asks = setting.questions if name == "goal_posterior" else 0
+    if name in ("goal_posterior", "goal_posterior_two", "student"):
+        asks = 0 if name == "goal_posterior_two" else setting.questions
         for k, learner in enumerate(asked(setting, reward, shown, rng, FixedNumber(asks))):
-            if k in (0, setting.questions // 2, setting.questions):
+            if name != "student" and k in (0, setting.questions // 2, setting.questions):
                 predicted = learner.predicted
                 rows.append(
                     {"method": name, "answers": k}
@@ -220,11 +230,10 @@ def lesson(setting: Setting, name: str, number: int, noise: float) -> list[dict[
                     | {"predicted_accuracy": predicted.accuracy}
                     | {"ends_agree": learner.ends_agree, "unexplained": learner.unexplained}
                 )
-    elif name == "student":
-        *_, learner = asked(setting, reward, shown, rng, FixedNumber(setting.questions))
-        student = taught(learner, network_features(setting.task, FACTORED), rng=rng)
-        of_student = setting.judged(reward, student.q, learner.shown)
-        rows.append({"method": name, "answers": setting.questions} | of_student)
+        if "student" in names:
+            student = taught(learner, network_features(setting.task, FACTORED), rng=rng)
+            of_student = setting.judged(reward, student.q, learner.shown)
+            rows.append({"method": "student", "answers": setting.questions} | of_student)
     else:
         # Whatever was learnt, as it was learnt: pruning would hide what a reward cannot say.
         options: dict[str, Any] = {"prune": False} if name == "planning" else {}

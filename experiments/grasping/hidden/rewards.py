@@ -24,7 +24,8 @@ from irl.choices import Limits, Members, Settings
 from irl.metrics import bootstrap_interval
 
 MEASURED = ("success_mdp", "worst_start", "accuracy_optimal_all", "labels")
-Job = tuple[str, int, float]
+Job = tuple[tuple[str, ...], int, float]
+"""Who learns in one lesson, the reward's number, and the share of wrong labels."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,9 @@ def run_rewards(config: Rewards, output: Output) -> dict[str, Any]:
         "questions": config.questions,
     }
     kept = KeptRows(output, identity)
-    jobs = list(product(config.learners, range(config.number), (0.0, *config.noise)))
-    rows = lessons(setting, jobs, kept, config)
+    jobs = list(product(together(config.learners), range(config.number), (0.0, *config.noise)))
+    every = lessons(setting, jobs, kept, config)
+    rows = [row for name in config.learners for row in every if row["method"] == name]
     clean = [row for row in rows if row["label_noise"] == 0]
     noisy = [row for row in rows if row["label_noise"] > 0]
     result = {"rows": clean, "noisy_rows": noisy, "summary": summary(rows)}
@@ -72,13 +74,24 @@ def run_rewards(config: Rewards, output: Output) -> dict[str, Any]:
     return result
 
 
+def together(learners: Sequence[str]) -> list[tuple[str, ...]]:
+    """Who learns in a lesson of its own; the student is taught what its teacher's one led to."""
+    pair = ("goal_posterior", "student")
+    if not set(pair) <= set(learners):
+        return [(name,) for name in learners]
+    return [pair, *((name,) for name in learners if name not in pair)]
+
+
 def lessons(
     setting: Setting, jobs: Sequence[Job], kept: KeptRows, config: Rewards
 ) -> list[dict[str, Any]]:
     """Rows of all jobs in their order, those that an interrupted run had kept included."""
     # The matrices are small: a second thread would only get in another worker's way.
     os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
-    done = {tuple(each["job"]): each["rows"] for each in kept.rows}
+    done: dict[Job, list[dict[str, Any]]] = {}
+    for each in kept.rows:
+        names, number, noise = each["job"]
+        done[tuple(names), number, noise] = each["rows"]
     missing = iter([job for job in jobs if job not in done])
     with start_workers(config.workers, config.cluster) as workers:
         arguments = (str(setting.folder), setting.seed, setting.questions)

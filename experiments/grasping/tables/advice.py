@@ -1,7 +1,7 @@
 """``advice``: what advice about actions and about states is worth, from few labels to many.
 
 And what it costs if some of the answers are wrong (thesis 6.1; `irl.experts.MistakenExpert`), by
-what is made of them: the demo's way, with doubt besides, and the thesis' way.
+what is made of them: the demo's way, which doubts them, obeying them, and the thesis' way.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,8 +25,8 @@ from models.task.spaces import N_STATES
 
 GAINED = ("accuracy_optimal_all", "success_mdp")
 FORMS: Mapping[str, Mapping[str, str]] = {
-    "mask": {"avoid": "mask", "prefer": "ignore"},
     "doubt": {"avoid": "doubt", "prefer": "ignore"},
+    "mask": {"avoid": "mask", "prefer": "ignore"},
     "thesis": {"avoid": "thesis", "prefer": "thesis"},
 }
 """What is made of advice about actions: choices of `irl.active.ActiveConfig`."""
@@ -38,8 +38,8 @@ class AdviceGains(Measurement):
 
     labels: Annotated[tuple[int, ...], Limits(1, N_STATES)] = (7, 30, 160)
     """How many states are demonstrated; 160 are 1 % of them."""
-    wrong: Annotated[tuple[float, ...], Limits(0, 1)] = (0.1, 0.3)
-    """The shares of wrong answers about clusters, in a table of their own."""
+    wrong: Annotated[tuple[float, ...], Limits(0, 1)] = (0.0, 0.1, 0.3)
+    """The shares of wrong answers about clusters, in a table by what is made of them."""
     out: Path = field(default_factory=lambda: Path("out/grasping/advice"))
     """The folder that the results are written to."""
 
@@ -62,7 +62,7 @@ def run_advice(config: AdviceGains, output: Output) -> dict[str, Any]:
     wrong = [gains(rows, labels=n, advice=form, wrong=share) for n, form, share in cells]
     show(table)
     if wrong:
-        print("some answers about clusters wrong:")
+        print("by what is made of advice about actions:")
         show(wrong)
     kept.forget()
     return {"rows": table, "wrong_rows": wrong, "seeds": list(config.all_seeds)}

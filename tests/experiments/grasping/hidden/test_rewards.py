@@ -9,8 +9,8 @@ from experiments.grasping.hidden import fixed_budget
 from experiments.grasping.hidden.drawn import told_by
 from experiments.grasping.hidden.enough import FIXED, counted, is_about
 from experiments.grasping.hidden.fixed_budget import THESIS_ANSWERS, after_answers
-from experiments.grasping.hidden.lessons import shared_setting, shown_runs, will_do
-from experiments.grasping.hidden.rewards import run_lesson, summary
+from experiments.grasping.hidden.lessons import lesson, shared_setting, shown_runs, will_do
+from experiments.grasping.hidden.rewards import run_lesson, summary, together
 from experiments.grasping.hidden.simple_rules import Watched, as_expected
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.demonstrations import Demonstrations
@@ -39,8 +39,24 @@ def test_rewards_are_learnt_from_one_trajectory(command, tmp_path):
 
 @pytest.mark.soak
 def test_results_do_not_depend_on_workers(command, tmp_path):
-    here = run_lesson(str(SHIPPED_TASK), 0, 0, ("goal_posterior", 0, 0.0))
+    here = run_lesson(str(SHIPPED_TASK), 0, 0, (("goal_posterior",), 0, 0.0))
     assert learnt_rewards(command, tmp_path)["rows"] == here
+
+
+def test_a_student_has_no_lesson_of_its_own_beside_its_teachers():
+    pair = ("goal_posterior", "student")
+    assert together((*pair[::-1], "planning")) == [pair, ("planning",)]
+    assert together(("student", "fa_mlirl")) == [("student",), ("fa_mlirl",)]
+
+
+@pytest.mark.soak
+def test_a_student_is_taught_in_its_teachers_lesson_what_it_would_be_in_its_own():
+    pair = ("goal_posterior", "student")
+    setting = shared_setting(str(SHIPPED_TASK), 1000, 1)
+    shared = lesson(setting, pair, 14, 0.1)
+    alone = [row for name in pair for row in lesson(setting, (name,), 14, 0.1)]
+    assert [row["method"] for row in shared] == [pair[0], pair[0], pair[1]]
+    assert shared == alone
 
 
 def test_runs_end_at_the_goal_and_number_as_asked():

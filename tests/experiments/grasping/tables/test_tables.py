@@ -96,13 +96,16 @@ def test_the_table_is_drawn_beside_the_thesis(outcome):
 
 def test_gains_are_measured_on_the_same_seeds(monkeypatch):
     monkeypatch.setattr(advice, "OURS", short(OURS))
-    rows = [row for seed in (0, 1) for row in advice.advised(FOLDER, (0.5,), (20, seed))]
+    rows = [row for seed in (0, 1) for row in advice.advised(FOLDER, (0.0, 0.5), (20, seed))]
     told = {name: advice.gains(rows, labels=20, advice=name) for name in ADVICE}
     assert told["none"]["gain"]["success_mdp"] == [0, 0, 0]
     action = told["action"]
     gained = np.subtract(action["accuracy_optimal_all"], told["none"]["accuracy_optimal_all"])
     assert action["gain"]["accuracy_optimal_all"][0] == pytest.approx(gained.mean())
     assert gained.min() > 0
+    # What the learner does by itself is to doubt.
+    doubted = advice.gains(rows, labels=20, advice="doubt")
+    assert {**doubted, "advice": "action"} == action
     wrong = {name: advice.gains(rows, labels=20, advice=name, wrong=0.5) for name in advice.FORMS}
     own = np.subtract(wrong["mask"]["success_mdp"], told["none"]["success_mdp"])
     assert wrong["mask"]["gain"]["success_mdp"][0] == pytest.approx(own.mean())

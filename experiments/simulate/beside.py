@@ -142,14 +142,19 @@ def plot(figure: Figure, result: dict[str, Any]) -> None:
     for place, each in enumerate(rows.values()):
         share = Share(each["successes"], each["trials"])
         low, high = share.interval
-        error = np.array([[share.value - low], [high - share.value]]).clip(0.0)
-        axes.errorbar(share.value, place, xerr=error, fmt="o", color="#2166ac", capsize=3)
+        error = 100.0 * np.array([[share.value - low], [high - share.value]]).clip(0.0)
+        axes.errorbar(100.0 * share.value, place, xerr=error, fmt="o", color="#2166ac", capsize=3)
+        told = f"{each['successes']} of {each['trials']}"
+        axes.annotate(
+            told, (1.01, place), xycoords=("axes fraction", "data"), va="center", fontsize=9
+        )
         if USUAL in each:
             other = Share(each[USUAL]["successes"], each[USUAL]["trials"])
-            axes.plot(other.value, place, "|", color="#b2182b", ms=14, mew=2)
+            axes.plot(100.0 * other.value, place, "|", color="#b2182b", ms=14, mew=2)
     axes.plot([], [], "|", color="#b2182b", ms=14, mew=2, label="the same seeds undisturbed")
     axes.set_yticks(range(len(rows)), [name.replace("_", " ") for name in rows])
     axes.invert_yaxis()
-    axes.set(xlabel="share of episodes that reach the goal, 95 % interval", xlim=(None, 1.01))
+    axes.set_xlabel("episodes that reach the goal, %, with 95 % interval")
+    axes.set_xlim(right=100.5)
     axes.grid(axis="x", alpha=0.3)
-    axes.legend(loc="lower left")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)

@@ -170,9 +170,8 @@ def clusters(result: Result) -> list[str]:
     ]
     head = ["clusters", "answers", "pairs excluded, %", "gain of accuracy", "success lost"]
     return [
-        f"From {result['labels']} demonstrated states; {len(result['seeds'])} seeds, points. "
-        "Answers",
-        "are right, and obeyed.",
+        f"From {result['labels']} demonstrated states; {len(result['seeds'])} seeds, points.",
+        "Answers are right, and obeyed.",
         "",
         *tabled(head, rows),
     ]

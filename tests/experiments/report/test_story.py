@@ -160,7 +160,7 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
         story.main(config, Output(tmp_path / "out", config))
     assert ran == [["experiments.grasping", "enough", "--lessons"]]
     assert (
-        "1 parts to make: about 70 minutes of processor time, 35 by the clock"
+        "1 parts to make: about 60 minutes of processor time, 30 by the clock"
         in capsys.readouterr().out
     )
     kept = Kept(results / "grasping" / "enough")

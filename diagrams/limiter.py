@@ -27,8 +27,8 @@ class Limiter:
     """One joint each, sample by sample: from a command to the reference that may be followed.
 
     A stream of commands within the limits is passed on as it is, to the bit. Of any other, the
-    reference goes towards the command as fast as the limits allow, and brakes in time to land on
-    it: without overshoot, unless the command itself turns back within the braking distance. Two
+    reference goes towards the command as fast as the limits allow, more slowly where the joint is
+    behind, and brakes in time to land on it: without overshoot, unless the command itself turns back within the braking distance. Two
     samples in one direction count as a motion to catch up with, a jump of one sample as a place.
 
     The reference waits for a joint that does not follow: it is never further than `LEAD` from where

@@ -28,8 +28,9 @@ class Limiter:
 
     A stream of commands within the limits is passed on as it is, to the bit. Of any other, the
     reference goes towards the command as fast as the limits allow, more slowly where the joint is
-    behind, and brakes in time to land on it: without overshoot, unless the command itself turns back within the braking distance. Two
-    samples in one direction count as a motion to catch up with, a jump of one sample as a place.
+    behind, and brakes in time to land on it: without overshoot, unless the command itself turns
+    back within the braking distance. Two samples in one direction count as a motion to catch up
+    with, a jump of one sample as a place.
 
     The reference waits for a joint that does not follow: it is never further than `LEAD` from where
     that is. What had held the joint and lets go then finds no way to catch up with.

@@ -165,7 +165,7 @@ class PolicyController(LeafSystem):
 
         sight = self._sight(context, episode)
         state = self._decision.state(sight)
-        leans = state in self._goals and _leans(sight.X_WO)
+        leans = state in self._goals and state < N_FREE and _leans(sight.X_WO)
         unsure = state in self._goals and not leans and _is_unsure(episode, sight.X_WO)
         if unsure and episode.waited < LOOKS_AGAIN:
             return replace(episode, finished_at=now, waited=episode.waited + 1)

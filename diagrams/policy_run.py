@@ -19,7 +19,7 @@ from diagrams.faults import SimulatorFault, first_line
 from diagrams.monitor import Loads, Monitor
 from diagrams.policy_controller import Episode, PolicyController, Verdict
 from diagrams.scenarios import Disturbance, DisturbedStation, Draws, Scenario
-from diagrams.state_identifier import REST_SPAN, lying_state
+from diagrams.state_identifier import REST_SPAN, carried_state, is_held, lying_state
 from diagrams.station import FRAME, Station
 from models.errors import ModelError
 from models.motion.moves import Grip, Move
@@ -78,8 +78,8 @@ class Played:
             traceback (`SimulatorFault.text`); else empty.
         plans: how each action was carried out, one more than `episode` has steps if it was cut off
             in an action; nothing where there was no way.
-        success: whether the cube truly lies at rest where the goal is, by what the simulator
-            knows, whatever the controller's verdict.
+        success: whether the cube truly rests where the goal is, lying there or in the hand as the
+            goal has it, by what the simulator knows, whatever the controller's verdict.
         frames: the plant's positions, a picture each `FRAME` seconds, ``[n, n_q]``.
         disturbance: what came of a scenario's disturbances; None without one.
     """
@@ -248,9 +248,9 @@ class PolicyRun:
             episode = self.controller.episode(controller_context)
             if episode.verdict == Verdict.RUNNING:
                 episode = replace(episode, verdict=Verdict.OUT_OF_TIME)
-            lies_in = self._watch_lying(simulation, plant_context)
+            success = self._ends_well(simulation, root)
         except SimulatorFault as error:
-            fault, lies_in = error.text, LOST
+            fault, success = error.text, False
             episode = self.controller.episode(controller_context)
         came = self._disturbed.disturbance(root) if self._disturbed else None
         return Played(
@@ -261,7 +261,7 @@ class PolicyRun:
             self._monitor.read(root, came.forces if came else ()),
             fault,
             tuple(plans),
-            lies_in in self._goals,
+            success,
             self._frames.FindLog(root).data()[: plant.num_positions()].T,
             came,
         )
@@ -280,9 +280,25 @@ class PolicyRun:
             self.executor.GetMyMutableContextFromRoot(root), q, gripper.MAX_OPENING
         )
 
-    def _watch_lying(self, simulation: StationSimulator, plant_context: Context) -> int:
-        """What `lying_state` calls the cube, by what the simulator knows of it in its time."""
-        cube = self.station.plant.GetBodyByName(CUBE)
-        before = cube.EvalPoseInWorld(plant_context)
+    def _ends_well(self, simulation: StationSimulator, root: Context) -> bool:
+        """Whether the cube truly rests where a goal is, lying there or in the hand."""
+        X_before, X_WG_before = self._truth(root)
         simulation.advance_to(simulation.time + REST_SPAN)
-        return lying_state(cube.EvalPoseInWorld(plant_context), before)
+        X_WO, X_WG = self._truth(root)
+        if lying_state(X_WO, X_before) in self._goals:
+            return True
+        if not any(goal >= N_FREE for goal in self._goals):
+            return False
+        station = self.station.GetMyContextFromRoot(root)
+        opening, force = (
+            float(self.station.GetOutputPort(f"gripper.{name}_measured").Eval(station)[0])
+            for name in ("position", "force")
+        )
+        held = is_held(X_WO.translation() - X_WG.translation(), opening, force)
+        return held and carried_state(X_WO, X_WG, X_WG_before.inverse() @ X_before) in self._goals
+
+    def _truth(self, root: Context) -> tuple[RigidTransform, RigidTransform]:
+        """Where cube and tool centre point are, by what the simulator knows."""
+        plant = self.station.plant
+        context = plant.GetMyContextFromRoot(root)
+        return tuple(plant.GetFrameByName(name).CalcPoseInWorld(context) for name in (CUBE, "tcp"))

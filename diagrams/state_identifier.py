@@ -69,14 +69,29 @@ def lying_state(X_WO: RigidTransform, X_before: RigidTransform) -> int:
         X_before: the same `REST_SPAN` seconds before.
     """
     state = identify_state(X_WO, RigidTransform(), False)
-    rests = (
-        abs(X_WO.translation()[2] - REST_HEIGHT) <= FLAT_HEIGHT
-        and tilt(X_WO) <= FLAT_ANGLE
-        and float(np.linalg.norm(X_WO.translation() - X_before.translation())) <= REST_TRAVEL
-        and float(geodesic_angle(X_WO.rotation().matrix(), X_before.rotation().matrix()))
-        <= REST_TURN
-    )
-    return state if rests else LOST
+    flat = abs(X_WO.translation()[2] - REST_HEIGHT) <= FLAT_HEIGHT and tilt(X_WO) <= FLAT_ANGLE
+    return state if flat and _rests(X_WO, X_before) else LOST
+
+
+def carried_state(X_WO: RigidTransform, X_WG: RigidTransform, X_before: RigidTransform) -> int:
+    """Index of the state of a held cube that rests in the hand; else *lost*.
+
+    Success is judged by this where the goal is to hold the cube.
+
+    Args:
+        X_WO: the cube's true pose.
+        X_WG: the tool centre point's.
+        X_before: the cube's in the hand, X_GO, `REST_SPAN` seconds before.
+    """
+    X_GO = X_WG.inverse() @ X_WO
+    return identify_state(X_WO, X_WG, True) if _rests(X_GO, X_before) else LOST
+
+
+def _rests(X: RigidTransform, X_before: RigidTransform) -> bool:
+    """Whether a pose stayed, by what `REST_SPAN` allows."""
+    turn = geodesic_angle(X.rotation().matrix(), X_before.rotation().matrix())
+    travel = float(np.linalg.norm(X.translation() - X_before.translation()))
+    return travel <= REST_TRAVEL and float(turn) <= REST_TURN
 
 
 class StateIdentifier(LeafSystem):

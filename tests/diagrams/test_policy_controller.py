@@ -185,7 +185,7 @@ class Hand(LeafSystem):
 
     def __init__(self, beside, falls, leans=0.0, noise=0.0):
         super().__init__()
-        self.raised = 0.012
+        self.raised, self.state = 0.012, spaces.LOST
         request = self.DeclareVectorInputPort("request", 2)
         asked = self.DeclareDiscreteState([0.0, -1.0])
         self.DeclarePeriodicDiscreteUpdateEvent(
@@ -213,7 +213,7 @@ class Hand(LeafSystem):
             self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(RigidTransform()), calc)
         self.DeclareAbstractOutputPort("execution", lambda: Value(Execution()), execution)
         self.DeclareVectorOutputPort(
-            "task.state", 1, lambda _, output: output.SetFromVector([spaces.LOST])
+            "task.state", 1, lambda _, output: output.SetFromVector([self.state])
         )
 
 
@@ -269,6 +269,14 @@ def test_a_cube_that_leans_is_at_no_goal_until_it_lies(leans, verdict):
     below.raised = 0.0
     middle = int(nearest_column(np.array([0.55, 0.0, spaces.REST_HEIGHT])))
     assert beside_a_hand(below, [spaces.State(middle, 0).index]).verdict == verdict
+
+
+def test_a_cube_that_is_to_be_held_may_be_askew():
+    askew = Hand(0.0, True, leans=9.0)
+    middle = int(nearest_column(np.array([0.55, 0.0, spaces.REST_HEIGHT])))
+    held = spaces.State(middle, 0, spaces.VERTICAL[0])
+    askew.raised, askew.state = 0.0, held.index
+    assert beside_a_hand(askew, [held.index]).verdict == Verdict.GOAL
 
 
 @pytest.mark.parametrize(

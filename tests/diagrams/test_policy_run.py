@@ -161,3 +161,20 @@ def test_what_drake_cannot_simulate_is_a_fault_and_what_we_get_wrong_is_not(run,
     mistaken = {}
     with pytest.raises(KeyError):
         run.play(FAR.index, np.random.default_rng(0), progress=lambda *_: mistaken["absent"])
+
+
+def test_where_the_goal_is_to_hold_the_cube_it_is_judged_in_the_hand():
+    held = State(GOAL_POSITION, 0, 10).index
+    policy = np.full(N_STATES + 1, -1)
+    policy[FAR.index] = GRASP
+    policy[State(14, 0, 10).index] = CARRY
+    run = PolicyRun(Table(policy), load_planner(), goal_states=np.array([held]))
+    carried = run.play(FAR.index, np.random.default_rng(0))
+    assert [step.action for step in carried.episode.steps] == [GRASP, CARRY]
+    assert carried.episode.verdict == Verdict.GOAL
+    assert carried.success and not carried.false_success
+    # Another cell than the cube is held in.
+    elsewhere = PolicyRun(
+        Table(policy), load_planner(), goal_states=np.array([State(15, 0, 10).index])
+    ).play(FAR.index, np.random.default_rng(0))
+    assert elsewhere.episode.verdict == Verdict.NO_ACTION and not elsewhere.success

@@ -6,7 +6,13 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.systems.analysis import Simulator
 
-from diagrams.state_identifier import REST_SPAN, StateIdentifier, is_held, lying_state
+from diagrams.state_identifier import (
+    REST_SPAN,
+    StateIdentifier,
+    carried_state,
+    is_held,
+    lying_state,
+)
 from diagrams.station import Station
 from models.scenes.planning_scene import HOME as Q_HOME
 from models.task.spaces import GOAL_STATE, LOST, POSITIONS, R_WG, R_WO, REST_HEIGHT, State
@@ -102,3 +108,14 @@ def test_a_cube_that_the_solver_lets_tremble_is_at_rest():
     span = round(REST_SPAN / 0.002)
     names = {lying_state(*pair) for pair in zip(poses[span:], poses[:-span], strict=True)}
     assert names == {GOAL_STATE}
+
+
+def test_a_held_cube_is_judged_where_it_rests_in_the_hand():
+    state = State(3, 5, 10)
+    X_WG = RigidTransform(RotationMatrix(R_WG[state.gripper]), POSITIONS[state.position])
+    X_WO = RigidTransform(RotationMatrix(R_WO[state.orientation]), POSITIONS[state.position])
+    rests = X_WG.inverse() @ X_WO
+    assert carried_state(X_WO, X_WG, rests) == state.index
+    slides = RigidTransform([0.0, 0.0, 0.002]) @ rests
+    turns = RigidTransform(RotationMatrix.MakeXRotation(0.1), [0.0, 0.0, 0.0]) @ rests
+    assert carried_state(X_WO, X_WG, slides) == carried_state(X_WO, X_WG, turns) == LOST

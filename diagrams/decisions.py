@@ -26,8 +26,7 @@ from models.task.spaces import (
     POSITIONS,
     R_WG,
     R_WO,
-    Action,
-    Kind,
+    REST_HEIGHT,
     decode_states,
 )
 from models.task.tracking import NOTHING, InHand
@@ -294,19 +293,23 @@ class Correctable:
 
 
 def held_goal(policy: Policy) -> int:
-    """The state that a learner holds for the goal: where the drop leads that it values most.
+    """The state that a learner holds for the goal: where the action leads that it values most.
 
     Its values are expected values of the states that follow (3.17), so that the largest is of the
     surest way to the state it likes best. A policy that came of no learning may have any.
 
     Raises:
-        ModelError: if no drop has a finite value.
+        ModelError: if no action has a finite value.
     """
-    drop = Action(Kind.DROP).index
-    held = np.arange(N_FREE, N_STATES)
-    value = np.where(np.isfinite(policy.q[held, drop]), policy.q[held, drop], -np.inf)
-    if np.isneginf(value).all():
-        raise ModelError("policy: no drop has a finite value, so it holds no state for the goal")
-    position, orientation, hand = decode_states(held[[int(value.argmax())]])
-    before = Scenes(position, hand, R_WO[orientation], POSITIONS[position])
-    return int(outcomes(before, np.array([drop])).scenes.state[0])
+    q = np.where(np.isfinite(policy.q[:N_STATES]), policy.q[:N_STATES], -np.inf)
+    state, action = np.unravel_index(int(q.argmax()), q.shape)
+    if np.isneginf(q[state, action]):
+        raise ModelError("policy: no action has a finite value, so it holds no state for the goal")
+    position, orientation, hand = decode_states(np.array([state]))
+    R = R_WO[orientation]
+    if state < N_FREE:
+        before = free_scene(int(state), R[0], [*POSITIONS[int(position[0])][:2], REST_HEIGHT])
+    else:
+        before = Scenes(position, hand, R, POSITIONS[position])
+    came = outcomes(before, np.array([action]))
+    return int(came.scenes.state[came.probability.argmax()])

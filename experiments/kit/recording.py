@@ -129,14 +129,16 @@ class Stage:
 
 
 def goal_pose(goal: int) -> RigidTransform:
-    """Where the cube lies in a free state."""
-    position, orientation, _ = decode_states(goal)
-    p = np.array([*POSITIONS[int(position)][:2], REST_HEIGHT])
+    """Where the cube lies in a free state, or is held in another."""
+    position, orientation, hand = decode_states(goal)
+    p = POSITIONS[int(position)].copy()
+    if hand < 0:
+        p[2] = REST_HEIGHT
     return RigidTransform(RotationMatrix(R_WO[int(orientation)]), p)
 
 
 def show_goal(meshcat: Meshcat, goal: int) -> None:
-    """Show a translucent cube where a free state is."""
+    """Show a translucent cube where it is in a state."""
     meshcat.SetObject("goal", Box(*[1.02 * CUBE_EDGE] * 3), Rgba(0.1, 0.75, 0.35, 0.35))
     meshcat.SetTransform("goal", goal_pose(goal))
 

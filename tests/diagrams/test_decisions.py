@@ -210,12 +210,15 @@ def test_a_person_is_obeyed_where_there_is_one(policy):
     assert decision.choose(seen(state, p=(0.6, 0.0, 0.52)), ()).by != By.PERSON
 
 
-def test_the_goal_that_a_learner_holds_is_where_its_best_drop_leads(task, policy):
+def test_the_goal_that_a_learner_holds_is_where_its_best_action_leads(task, policy):
     q = policy.q.copy()
     q[State(5, 3, 10).index, DROP] = 2.0
     assert held_goal(Policy(policy.action, q)) == State(4, 3).index
-    q[:, DROP] = -np.inf
-    with pytest.raises(ModelError, match="no drop"):
+    q[State(2, 7).index, Action(Kind.GRASP, 10).index] = 3.0
+    held = State.from_index(held_goal(Policy(policy.action, q)))
+    assert (held.position, held.gripper) == (2, 10)
+    q[:] = -np.inf
+    with pytest.raises(ModelError, match="no action"):
         held_goal(Policy(policy.action, q))
 
 

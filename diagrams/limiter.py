@@ -13,9 +13,11 @@ _TURN = 2.0 * np.pi
 _CRUISE = 0.98
 """Share of the speed limit at which a limited reference goes: joints that follow it swing by 1.3 %
 of their limit around its speed."""
-_CATCHES_UP = 0.25
-"""By what share of the limit a limited reference goes slower whose joint is behind by `LEAD`: once
-that comes free, it goes so much faster until it has caught up."""
+CATCHES_UP = 33.0
+"""Per radian that a joint is behind, by how much its reference goes slower than the limit [1/s].
+
+Stiffness over damping of the joints' control, of the quicker ones: a joint that was held up and
+comes free goes so much faster than its reference until it has caught up."""
 LEAD = 0.012
 """From a joint to its reference at most [rad].
 
@@ -26,11 +28,11 @@ behind by 0.008; this much asks for all the torque there is."""
 class Limiter:
     """One joint each, sample by sample: from a command to the reference that may be followed.
 
-    A stream of commands within the limits is passed on as it is, to the bit. Of any other, the
-    reference goes towards the command as fast as the limits allow, more slowly where the joint is
-    behind, and brakes in time to land on it: without overshoot, unless the command itself turns
-    back within the braking distance. Two samples in one direction count as a motion to catch up
-    with, a jump of one sample as a place.
+    A stream of commands within the limits is passed on as it is, to the bit, while the joint
+    follows. Of any other, the reference goes towards the command as fast as the limits allow, more
+    slowly where the joint is behind, and brakes in time to land on it: without overshoot, unless
+    the command itself turns back within the braking distance. Two samples in one direction count
+    as a motion to catch up with, a jump of one sample as a place.
 
     The reference waits for a joint that does not follow: it is never further than `LEAD` from where
     that is. What had held the joint and lets go then finds no way to catch up with.
@@ -137,13 +139,14 @@ def _follow(command: Array, before: Array, measured: Array, limits: Array, perio
         follows = reference == last and abs(moves - moved) <= most
         # What is caught up with must not be passed at once.
         fits = follows or abs(wanted - moving) <= most
-        if fits and abs(wanted) <= fastest * (1.0 + _TOLERANCE) and abs(wanted - speed) <= most:
+        behind = CATCHES_UP * min(abs(reference - measured[i]), LEAD)
+        allowed = fastest * (1.0 + _TOLERANCE) - behind
+        if fits and abs(wanted) <= allowed and abs(wanted - speed) <= most:
             after[i], after[n + i] = target, wanted
             counts |= target != turned
         else:
             toward = moving + _approach(target - moving * period - reference, change, period)
-            lags = min(abs(reference - measured[i]) / LEAD, 1.0)
-            cruise = (_CRUISE - _CATCHES_UP * lags) * fastest
+            cruise = max(_CRUISE * fastest - behind, 0.0)
             toward = min(max(toward, -cruise), cruise)
             speed = min(max(toward, speed - change), speed + change)
             after[i], after[n + i] = reference + speed * period, speed

@@ -17,7 +17,7 @@ from models.task.discretise import X_LIMITS, Y_LIMITS
 from models.task.spaces import REST_HEIGHT
 
 HEADINGS = 32
-"""Directions drawn for what must end in a certain place: the first that does is taken."""
+"""Directions drawn for what an unseen hand does: the first that ends in reach is taken."""
 BESIDE = 0.02
 """How far beside the grid a cube may come to lie [m]; it can still be grasped there."""
 REACH = np.array([X_LIMITS, Y_LIMITS]).T + np.array([[-BESIDE], [BESIDE]])
@@ -115,7 +115,8 @@ class Draws:
         assert self.distractor is not None
         rng = _rng(self.key, "distractor")
         yaw = rng.uniform(-np.pi, np.pi)
-        for heading in rng.uniform(-np.pi, np.pi, HEADINGS):
+        for _ in range(_TRIES):
+            heading = rng.uniform(-np.pi, np.pi)
             p = p_WO[:2] + self.distractor * np.array([np.cos(heading), np.sin(heading)])
             away = [np.linalg.norm(p - goal[:2]) >= APART for goal in goals]
             if within_reach(p) and all(away):

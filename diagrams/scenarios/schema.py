@@ -98,7 +98,7 @@ class Distractor:
     """A second cube lies on the table, which nobody knows of."""
 
     distance: Size = 0.1
-    """From the first one's centre to its own [m]."""
+    """From the first one's centre to its own [m]; there is a place for it wherever that lies."""
 
 
 @dataclass
@@ -143,7 +143,7 @@ _RANGES: dict[str, tuple[float, float]] = {
     "noise.position": (0.0, 0.1),
     "noise.period": (0.0025, 10.0),
     "base.offset": (0.0, 0.05),
-    "distractor.distance": (0.06, 0.3),
+    "distractor.distance": (0.08, 0.18),
     "wait": (0.0, 60.0),
     "seconds": (0.1, 5.0),
     "grip": (0.0, 1.0),

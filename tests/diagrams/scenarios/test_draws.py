@@ -1,12 +1,14 @@
 """Sizes: within what the scenario says, the same for the same seed, and each drawn by itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
 from diagrams.scenarios import draw, load_scenario
 from diagrams.scenarios.draws import within_reach
-from diagrams.scenarios.schema import parse_scenario
+from diagrams.scenarios.schema import Distractor, parse_scenario
 from models.errors import ModelError
 from models.scenes.planning_scene import HOME, PlanningScene
 
@@ -71,6 +73,12 @@ def test_a_distractor_lies_within_reach_apart_from_cube_and_goal():
         assert 0.08 <= np.linalg.norm(p - X_WO.translation()) <= 0.15
         assert np.linalg.norm(p[:2] - goal[:2]) >= 0.08
         assert within_reach(p) and p[2] == pytest.approx(0.52)
+    # From the grid's side there are few places at this distance.
+    scenario = replace(load_scenario("distractor"), distractor=Distractor(0.18))
+    beside = np.array([0.6, -0.1, 0.52])
+    for number in range(200):
+        p = draw(scenario, (0, number, 0)).second_cube(beside, [goal]).translation()
+        assert np.linalg.norm(p - beside) == pytest.approx(0.18)
     everywhere = [np.array([x, y, 0.5]) for x in (0.47, 0.55, 0.63) for y in (-0.12, 0.0, 0.12)]
     with pytest.raises(ModelError, match="no place"):
         draw(load_scenario("distractor"), KEYS[0]).second_cube(X_WO.translation(), everywhere)

@@ -4,15 +4,22 @@ From a few labels a network alone learns little; from a plan that says what to d
 learns all that f can say (3.15). So the plan labels the states, evenly among the actions that it
 takes for equally good, and the network is fitted to these labels by their likelihood (3.19), with
 caution. What depends on an action and not on where it leads, such as how far it turns, no f on
-states can say: there the student falls short of its teacher.
+states can say: there the student falls short of its teacher, and may go round in circles between
+states that each prefer the other. Where by the plan it would not arrive, it leans on what the plan
+holds states to be worth, as little as makes it arrive: these values rise with every action of a
+plan, so that who follows them alone never turns back.
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
-from irl.choices import Settings
+from irl.choices import Limits, Settings
 from irl.likelihood import LikelihoodProblem
+from irl.metrics import HORIZON
+from irl.planning import policy_success
+from irl.policy import Policy
 from irl.posterior.learner import GoalLearner
 from irl.posterior.predictions import ALIKE
 from irl.training import train
@@ -32,6 +39,13 @@ class PlanStudentConfig(Settings):
         )
     )
     """How it is trained on the labels of the plan."""
+    leanings: Annotated[tuple[float, ...], Limits(0, 1e6, some=True)] = (
+        *(0.0, 0.02, 0.04, 0.07, 0.1, 0.15),
+        *(0.2, 0.3, 0.5, 1.0, 3.0),
+    )
+    """How much of the plan's values may be added to the network's, tried in this order."""
+    short: Annotated[float, Limits(0, 1)] = 0.005
+    """By how much less often than its teacher it may reach the goal, by the plan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +54,10 @@ class PlanStudent:
 
     Attributes:
         network: the VR function.
-        f: its VR values, known ones in their places, float64 ``[n_states]``.
+        f: VR values, the network's and as much of the plan's values as it leans on, known ones in
+            their places, float64 ``[n_states]``.
         caution: u, the dislike of uncertain outcomes.
+        leaning: how much of the plan's values is in f.
         q: action values Σ P f − u · surprise, float64 ``[n_states, n_actions]``; −∞ where
             infeasible.
     """
@@ -50,6 +66,7 @@ class PlanStudent:
     f: np.ndarray
     caution: float
     q: np.ndarray
+    leaning: float = 0.0
 
 
 def taught(
@@ -78,8 +95,32 @@ def taught(
     )
     network = VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng))
     run = train(network, problem, features, config.training, rng)
-    f = pin(network.values(features), fixed_vr)
-    return PlanStudent(network, f, run.caution, model.q_values(f, run.caution))
+    own, value = network.values(features), plan_values(learner)
+    wanted = _arrives(learner, learner.q) - config.short
+    for leaning in config.leanings:
+        f = pin(own + leaning * value, fixed_vr)
+        q = model.q_values(f, run.caution)
+        if _arrives(learner, q) >= wanted:
+            break
+    return PlanStudent(network, f, run.caution, q, leaning)
+
+
+def plan_values(learner: GoalLearner) -> np.ndarray:
+    """What a learner's plan holds each state to be worth, float64 ``[n_states]``.
+
+    Of an action the value by this is the plan's, but for what the action itself costs.
+    """
+    best = learner.q.max(axis=1)
+    goes_on = np.isfinite(best) & ~learner.arrived
+    return learner.reward + learner.problem.gamma * np.where(goes_on, best, 0.0)
+
+
+def _arrives(learner: GoalLearner, q: np.ndarray) -> float:
+    """How often action values lead to what the learner takes for the goal, over all starts."""
+    model = learner.problem.model
+    action = Policy.from_q(q, model.mask).action
+    success = policy_success(model, action, np.flatnonzero(learner.arrived), HORIZON)
+    return float(success[learner.problem.start_states].mean())
 
 
 def plan_labels(learner: GoalLearner) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,5 +1,7 @@
 """A VR network that learns from the posterior's plan."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from irl.collection import demonstrate_to_the_end
@@ -8,8 +10,9 @@ from irl.domains.gridworld import GridWorld
 from irl.planning import policy_success
 from irl.policy import Policy
 from irl.posterior import GoalConfig, GoalLearner, taught
-from irl.posterior.plan_student import plan_labels
+from irl.posterior.plan_student import PlanStudentConfig, plan_labels, plan_values
 from irl.problem import LearningProblem
+from irl.training_config import TrainingConfig
 
 N = 7
 ROW, COLUMN = np.divmod(np.arange(N * N), N)
@@ -45,6 +48,41 @@ def test_a_student_does_what_its_teacher_would_do():
     expected = MODEL.table(MODEL.P @ student.f - student.caution * MODEL.surprise)
     np.testing.assert_allclose(student.q, expected)
     assert np.abs(student.f).max() < 1
+    assert student.leaning == 0
+
+
+def test_values_of_a_plan_lead_to_its_goal_and_rank_what_costs_nothing_as_it_does():
+    learner, _ = learnt()
+    value = plan_values(learner)
+    assert value.argmax() == GOAL[0]
+    action = Policy.from_q(MODEL.q_values(value, 0.0), MODEL.mask).action
+    np.testing.assert_allclose(policy_success(MODEL, action, GOAL, 20), 1)
+    q = MODEL.table(MODEL.P @ value)
+    free = np.isfinite(learner.q) & (MODEL.table(WALL) == 0)
+    np.testing.assert_allclose(np.ptp(q[free] - learner.q[free]), 0, atol=0.02)
+
+
+def test_who_would_not_arrive_leans_on_its_teachers_values_as_little_as_does():
+    learner, _ = learnt()
+    untaught = PlanStudentConfig(training=TrainingConfig(iterations=1, beta=100.0))
+    rng = np.random.default_rng(1)
+    alone = taught(learner, CELLS, rng=rng, config=replace(untaught, leanings=(0.0,)))
+    leaning = taught(learner, CELLS, rng=np.random.default_rng(1), config=untaught)
+    success = [
+        policy_success(MODEL, Policy.from_q(each.q, MODEL.mask).action, GOAL, 20).mean()
+        for each in (alone, leaning)
+    ]
+    assert success[0] < 0.9 and success[1] > 0.99
+    before = untaught.leanings[untaught.leanings.index(leaning.leaning) - 1]
+    less = taught(
+        learner,
+        CELLS,
+        rng=np.random.default_rng(1),
+        config=replace(untaught, leanings=(before,)),
+    )
+    reached = policy_success(MODEL, Policy.from_q(less.q, MODEL.mask).action, GOAL, 20).mean()
+    assert leaning.leaning > 0 and reached < success[1]
+    np.testing.assert_allclose(leaning.f - alone.f, leaning.leaning * plan_values(learner))
 
 
 def test_labels_are_shared_among_what_is_equally_good_and_none_is_given_at_the_goal():

@@ -170,9 +170,13 @@ def _decision(setting: Setting) -> tuple[Decision, np.ndarray]:
     return Forecast(policy, goals), task.goal_states
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=64)
 def _run(setting: Setting) -> tuple[PolicyRun, Scenario | None]:
-    """A diagram that plays a setting's episodes, built once in a process."""
+    """A diagram that plays a setting's episodes, built once in a process.
+
+    As many are kept as anybody asks for: forgetting one would give nothing back, for a diagram with
+    systems in Python holds on to itself, and building it anew would take some 10 MB more.
+    """
     return build_run(setting)
 
 

@@ -13,9 +13,8 @@ from models.task.spaces import N_FREE
 pytestmark = pytest.mark.soak
 
 EPISODES = 500
-NAMES = ("", "push", "noise")
-"""Scenarios, in turn; no more than a process keeps diagrams of, for one that is built anew costs
-some 10 MB which are not given back."""
+NAMES = ("", "push", "noise", "distractor", "delay")
+"""Scenarios, in turn."""
 
 
 def resident():

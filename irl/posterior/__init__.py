@@ -4,8 +4,8 @@ A hypothesis is a goal, a state or a region, and a size for each named cost. In 
 `plans` plans for many at once, `goals` proposes, `evidence` weighs what was shown, `shares` says
 for how many combinations of sizes each stands, `belief` seeks hypotheses and keeps them,
 `predictions` says what follows, `questions` what to ask, `audit` what answers held out said of the
-predictions, `learner` does all that in turn, `enough` says when to stop, and `plan_student` makes a
-VR network of it. `experiments/grasping.md` tells more.
+predictions, `arriving` has values lead to the goal, `learner` does all that in turn, `enough` says
+when to stop, and `plan_student` makes a VR network of it. `experiments/grasping.md` tells more.
 """
 
 from irl.posterior.enough import EnoughRule, claim

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated
 
 import numpy as np
@@ -13,6 +13,7 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.method_inputs import walk_ends, walks
 from irl.policy import Policy
+from irl.posterior.arriving import arriving
 from irl.posterior.audit import LATER, Audit
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import EPSILONS
@@ -121,8 +122,14 @@ class GoalLearner:
 
     @cached_property
     def q(self) -> np.ndarray:
-        """Mean action values, float64 ``[n_states, n_actions]``; −∞ where infeasible."""
-        return action_values(self.belief)
+        """Mean action values, float64 ``[n_states, n_actions]``; −∞ where infeasible.
+
+        Where acting by these would not arrive, what actions cost counts for less in them, by as
+        little as does (`irl.posterior.arriving`).
+        """
+        goals, starts = np.flatnonzero(self.arrived), self.problem.start_states
+        values = partial(action_values, self.belief)
+        return arriving(values, self.problem.model, goals, starts)[1]
 
     @property
     def reward(self) -> np.ndarray:

@@ -6,8 +6,7 @@ takes for equally good, and the network is fitted to these labels by their likel
 caution. What depends on an action and not on where it leads, such as how far it turns, no f on
 states can say: there the student falls short of its teacher, and may go round in circles between
 states that each prefer the other. Where by the plan it would not arrive, it leans on what the plan
-holds states to be worth, as little as makes it arrive: these values rise with every action of a
-plan, so that who follows them alone never turns back.
+holds states to be worth (`irl.posterior.arriving`).
 """
 
 from dataclasses import dataclass, field
@@ -17,9 +16,7 @@ import numpy as np
 
 from irl.choices import Limits, Settings
 from irl.likelihood import LikelihoodProblem
-from irl.metrics import HORIZON
-from irl.planning import policy_success
-from irl.policy import Policy
+from irl.posterior.arriving import LEANINGS, arriving
 from irl.posterior.learner import GoalLearner
 from irl.posterior.predictions import ALIKE
 from irl.training import train
@@ -39,13 +36,8 @@ class PlanStudentConfig(Settings):
         )
     )
     """How it is trained on the labels of the plan."""
-    leanings: Annotated[tuple[float, ...], Limits(0, 1e6, some=True)] = (
-        *(0.0, 0.02, 0.04, 0.07, 0.1, 0.15),
-        *(0.2, 0.3, 0.5, 1.0, 3.0),
-    )
+    leanings: Annotated[tuple[float, ...], Limits(0, 1e6, some=True)] = LEANINGS
     """How much of the plan's values may be added to the network's, tried in this order."""
-    short: Annotated[float, Limits(0, 1)] = 0.005
-    """By how much less often than its teacher it may reach the goal, by the plan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,13 +88,13 @@ def taught(
     network = VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng))
     run = train(network, problem, features, config.training, rng)
     own, value = network.values(features), plan_values(learner)
-    wanted = _arrives(learner, learner.q) - config.short
-    for leaning in config.leanings:
-        f = pin(own + leaning * value, fixed_vr)
-        q = model.q_values(f, run.caution)
-        if _arrives(learner, q) >= wanted:
-            break
-    return PlanStudent(network, f, run.caution, q, leaning)
+
+    def values(leaning: float) -> np.ndarray:
+        return model.q_values(pin(own + leaning * value, fixed_vr), run.caution)
+
+    goals, starts = np.flatnonzero(learner.arrived), learner.problem.start_states
+    leaning, q = arriving(values, model, goals, starts, config.leanings)
+    return PlanStudent(network, pin(own + leaning * value, fixed_vr), run.caution, q, leaning)
 
 
 def plan_values(learner: GoalLearner) -> np.ndarray:
@@ -113,14 +105,6 @@ def plan_values(learner: GoalLearner) -> np.ndarray:
     best = learner.q.max(axis=1)
     goes_on = np.isfinite(best) & ~learner.arrived
     return learner.reward + learner.problem.gamma * np.where(goes_on, best, 0.0)
-
-
-def _arrives(learner: GoalLearner, q: np.ndarray) -> float:
-    """How often action values lead to what the learner takes for the goal, over all starts."""
-    model = learner.problem.model
-    action = Policy.from_q(q, model.mask).action
-    success = policy_success(model, action, np.flatnonzero(learner.arrived), HORIZON)
-    return float(success[learner.problem.start_states].mean())
 
 
 def plan_labels(learner: GoalLearner) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -21,12 +21,17 @@ ALIKE = 0.005
 _CHUNK = 8
 
 
-def action_values(belief: Belief) -> np.ndarray:
-    """Mean values of the posterior, float64 ``[n_states, n_actions]``; −∞ where infeasible."""
+def action_values(belief: Belief, leaning: float = 0.0) -> np.ndarray:
+    """Mean values of the posterior, float64 ``[n_states, n_actions]``; −∞ where infeasible.
+
+    Args:
+        belief: what is believed.
+        leaning: how much more what states are worth counts, beside what actions cost.
+    """
     chosen, weight = belief.likely()
     f = (belief.f[:, chosen].astype(np.float64) @ weight)[:, None]
     sizes = (belief.sizes(belief.level[chosen]) @ weight)[:, None]
-    q = belief.plans.model.P @ f - belief.plans.costs @ sizes
+    q = belief.plans.model.P @ f - belief.plans.costs @ sizes / (1.0 + leaning)
     return belief.plans.model.table(q[:, 0])
 
 

@@ -10,6 +10,7 @@ from irl.domains.gridworld import GridWorld
 from irl.planning import policy_success
 from irl.policy import Policy
 from irl.posterior import GoalConfig, GoalLearner, taught
+from irl.posterior.arriving import LEANINGS
 from irl.posterior.plan_student import PlanStudentConfig, plan_labels, plan_values
 from irl.problem import LearningProblem
 from irl.training_config import TrainingConfig
@@ -73,7 +74,7 @@ def test_who_would_not_arrive_leans_on_its_teachers_values_as_little_as_does():
         for each in (alone, leaning)
     ]
     assert success[0] < 0.9 and success[1] > 0.99
-    before = untaught.leanings[untaught.leanings.index(leaning.leaning) - 1]
+    before = LEANINGS[LEANINGS.index(leaning.leaning) - 1]
     less = taught(
         learner,
         CELLS,

@@ -53,7 +53,7 @@ $(ROBOSUITE)/installed: $(ROBOSUITE_LIST)
 
 $(DRAKE)%/installed: constraints.txt
 	$(PYTHON) -m venv $(DRAKE)$*
-	grep -v -e '^drake==' -e '^mosek==' constraints.txt > $(DRAKE)$*/others.txt
+	grep -vi -e '^drake==' -e '^mosek==' constraints.txt > $(DRAKE)$*/others.txt
 	$(DRAKE)$*/bin/python -m pip install --quiet --disable-pip-version-check \
 		-c $(DRAKE)$*/others.txt drake==$* numpy numba scipy tyro tqdm matplotlib pyyaml
 	touch $@

@@ -19,19 +19,19 @@ LEANINGS = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 3.0)
 """How much more what states are worth may count, tried in this order."""
 SHORT = 0.005
 """Share of the starts that need not arrive."""
+HELPS = 0.05
+"""By how much likelier a state must lead to the goal for other values to be taken there."""
 
 
-def arrival(model: TransitionModel, q: np.ndarray, goals: np.ndarray, starts: np.ndarray) -> float:
-    """Probability of reaching a goal within `HORIZON` by the best actions, mean over the starts.
+def arrives(model: TransitionModel, q: np.ndarray, goals: np.ndarray) -> np.ndarray:
+    """Probability of reaching a goal within `HORIZON` by the best actions, float64 ``[n_states]``.
 
     Args:
         model: the transition model.
         q: action values ``[n_states, n_actions]``; −∞ where infeasible.
         goals: indices of states.
-        starts: indices of states.
     """
-    action = Policy.from_q(q, model.mask).action
-    return float(policy_success(model, action, goals, HORIZON)[starts].mean())
+    return policy_success(model, Policy.from_q(q, model.mask).action, goals, HORIZON)
 
 
 def arriving(
@@ -40,23 +40,30 @@ def arriving(
     goals: np.ndarray,
     starts: np.ndarray,
     leanings: Sequence[float] = LEANINGS,
-) -> tuple[float, np.ndarray]:
-    """The first of some leanings that arrives from all starts but `SHORT`, and its values.
+) -> np.ndarray:
+    """Values without any leaning, but in the states from which it helps to arrive.
 
-    If none does, that which arrives from most, of those within `SHORT` of it the first.
+    There they are those of the first leaning by which all starts but `SHORT` arrive; if none does,
+    of that by which most do.
 
     Args:
         values: action values ``[n_states, n_actions]`` of a leaning.
         model: the transition model.
         goals: indices of states.
         starts: indices of states.
-        leanings: at least one.
+        leanings: at least one, the first of which is none.
     """
-    found = []
-    for leaning in leanings:
-        q = values(leaning)
-        found.append((arrival(model, q, goals, starts), leaning, q))
-        if found[-1][0] >= 1.0 - SHORT:
+    alone, *others = leanings
+    q = own = values(alone)
+    reached = arrives(model, own, goals)
+    most = reached[starts].mean()
+    for leaning in others:
+        if most >= 1.0 - SHORT:
             break
-    most = max(reached for reached, _, _ in found)
-    return next((leaning, q) for reached, leaning, q in found if reached >= most - SHORT)
+        leant = values(leaning)
+        helps = arrives(model, leant, goals) >= reached + HELPS
+        mixed = np.where(helps[:, np.newaxis], leant, own)
+        share = arrives(model, mixed, goals)[starts].mean()
+        if share > most:
+            q, most = mixed, share
+    return q

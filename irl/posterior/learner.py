@@ -124,12 +124,12 @@ class GoalLearner:
     def q(self) -> np.ndarray:
         """Mean action values, float64 ``[n_states, n_actions]``; −∞ where infeasible.
 
-        Where acting by these would not arrive, what actions cost counts for less in them, by as
-        little as does (`irl.posterior.arriving`).
+        In states from which acting by these would not arrive, what actions cost counts for less, by
+        as little as does (`irl.posterior.arriving`).
         """
         goals, starts = np.flatnonzero(self.arrived), self.problem.start_states
         values = partial(action_values, self.belief)
-        return arriving(values, self.problem.model, goals, starts)[1]
+        return arriving(values, self.problem.model, goals, starts)
 
     @property
     def reward(self) -> np.ndarray:

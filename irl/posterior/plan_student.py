@@ -16,7 +16,8 @@ import numpy as np
 
 from irl.choices import Limits, Settings
 from irl.likelihood import LikelihoodProblem
-from irl.posterior.arriving import LEANINGS, arriving
+from irl.policy import Policy
+from irl.posterior.arriving import LEANINGS, SHORT, arrives
 from irl.posterior.learner import GoalLearner
 from irl.posterior.predictions import ALIKE
 from irl.training import train
@@ -37,7 +38,11 @@ class PlanStudentConfig(Settings):
     )
     """How it is trained on the labels of the plan."""
     leanings: Annotated[tuple[float, ...], Limits(0, 1e6, some=True)] = LEANINGS
-    """How much of the plan's values may be added to the network's, tried in this order."""
+    """How much of the plan's values may be added to the network's, tried in this order until by the
+    plan it arrives from nearly all starts."""
+    arriving: Annotated[float, Limits(0, 1e6)] = 2.0
+    """How much the share of starts from which it arrives counts beside that of the states in which
+    it does as the plan does: the best of what was tried is taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,13 +93,24 @@ def taught(
     network = VRFunction(features.shape[1], config.hidden, generator=torch_generator(rng))
     run = train(network, problem, features, config.training, rng)
     own, value = network.values(features), plan_values(learner)
+    good: list[tuple[float, PlanStudent]] = []
+    for leaning in config.leanings:
+        f = pin(own + leaning * value, fixed_vr)
+        q = model.q_values(f, run.caution)
+        share = arrives(model, q, np.flatnonzero(learner.arrived))
+        reached = float(share[learner.problem.start_states].mean())
+        agrees = _agrees(Policy.from_q(q, model.mask).action, state, action)
+        student = PlanStudent(network, f, run.caution, q, leaning)
+        good.append((config.arriving * reached + agrees, student))
+        if reached >= 1.0 - SHORT:
+            break
+    return max(good, key=lambda each: each[0])[1]
 
-    def values(leaning: float) -> np.ndarray:
-        return model.q_values(pin(own + leaning * value, fixed_vr), run.caution)
 
-    goals, starts = np.flatnonzero(learner.arrived), learner.problem.start_states
-    leaning, q = arriving(values, model, goals, starts, config.leanings)
-    return PlanStudent(network, pin(own + leaning * value, fixed_vr), run.caution, q, leaning)
+def _agrees(chosen: np.ndarray, state: np.ndarray, action: np.ndarray) -> float:
+    """In which share of labelled states a policy's action ``[n_states]`` is one of the labels."""
+    right = np.unique(state[chosen[state] == action])
+    return right.size / np.unique(state).size
 
 
 def plan_values(learner: GoalLearner) -> np.ndarray:

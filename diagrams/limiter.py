@@ -21,15 +21,19 @@ comes free goes so much faster than its reference until it has caught up."""
 LEAD = 0.012
 """From a joint to its reference at most [rad].
 
-At the arm's limits of acceleration, with 0.5 kg in the hand, a joint whose torque suffices is
-behind by 0.008; this much asks for all the torque there is."""
+This much asks for all the torque there is."""
+HELD_UP = 0.010
+"""A joint that is further behind is held up [rad].
+
+At the arm's limits of acceleration, with 0.5 kg in the hand, one whose torque suffices is behind by
+0.008."""
 
 
 class Limiter:
     """One joint each, sample by sample: from a command to the reference that may be followed.
 
-    A stream of commands within the limits is passed on as it is, to the bit, while the joint
-    follows. Of any other, the reference goes towards the command as fast as the limits allow, more
+    A stream of commands within the limits is passed on as it is, to the bit, but where the joint is
+    held up. Of any other, the reference goes towards the command as fast as the limits allow, more
     slowly where the joint is behind, and brakes in time to land on it: without overshoot, unless
     the command itself turns back within the braking distance. Two samples in one direction count
     as a motion to catch up with, a jump of one sample as a place.
@@ -139,8 +143,9 @@ def _follow(command: Array, before: Array, measured: Array, limits: Array, perio
         follows = reference == last and abs(moves - moved) <= most
         # What is caught up with must not be passed at once.
         fits = follows or abs(wanted - moving) <= most
-        behind = CATCHES_UP * min(abs(reference - measured[i]), LEAD)
-        allowed = fastest * (1.0 + _TOLERANCE) - behind
+        lag = min(abs(reference - measured[i]), LEAD)
+        behind = CATCHES_UP * lag
+        allowed = fastest * (1.0 + _TOLERANCE) - (behind if lag > HELD_UP else 0.0)
         if fits and abs(wanted) <= allowed and abs(wanted - speed) <= most:
             after[i], after[n + i] = target, wanted
             counts |= target != turned

@@ -165,12 +165,14 @@ def test_a_joint_that_lags_is_led_on_more_slowly_and_one_that_is_thrown_within_i
     assert (speeds[0] > 0.97).all()
     assert (speeds[2] < 0.8).all() and (speeds[2] < speeds[1]).all() and (speeds[1] < 0.9).all()
 
-    # Be the command one that could be followed, or not.
-    motion, memory = np.zeros(2), limiter.at_rest(np.zeros(2))
-    for sample in range(600):
-        motion = motion + np.minimum(sample * PERIOD * ACCELERATION, 0.9 * SPEED) * PERIOD
-        memory = limiter.follow(motion, memory, memory[:2] - LEAD)
-    assert (memory[2:4] <= 0.8 * SPEED).all() and memory[-1] > 0
+    # Be the command one that could be followed, if the joint is held up.
+    for lag, limited in ((LEAD, True), (0.008, False)):
+        motion, memory = np.zeros(2), limiter.at_rest(np.zeros(2))
+        for sample in range(600):
+            motion = motion + np.minimum(sample * PERIOD * ACCELERATION, 0.9 * SPEED) * PERIOD
+            memory = limiter.follow(motion, memory, memory[:2] - lag)
+        assert (memory[-1] > 0) == limited
+        assert (memory[2:4] <= 0.8 * SPEED).all() == limited
 
     thrown = np.zeros(2)
     for _ in range(50):

@@ -1,10 +1,10 @@
 """How results on hidden rewards and few labels are told: sections' lines, in Markdown."""
 
-from experiments.report.cells import Result, tabled
+from experiments.report.cells import Result, share_of, tabled
 
 
 def rewards(result: Result) -> list[str]:
-    """Hidden rewards by learner."""
+    """Hidden rewards by learner; by kind of reward where no label is wrong."""
     rows = [
         (
             row["method"],
@@ -12,14 +12,20 @@ def rewards(result: Result) -> list[str]:
             f"{100 * row['label_noise']:.0f} %",
             row["rewards"],
             str(row["number"]),
-            *(f"{100 * row[name]['mean']:.1f}" for name in ("success_mdp", "accuracy_optimal_all")),
-            f"{100 * row['accuracy_optimal_all']['least']:.1f}",
+            *_spread(row["success_mdp"]),
+            *_spread(row["accuracy_optimal_all"]),
             f"{row['labels']['mean']:.1f}",
         )
         for row in result["summary"]
+        if row["label_noise"] == 0 or row["rewards"] == "all"
     ]
-    head = ["learner", "answers", "wrong labels", "rewards", "number", "goal reached"]
+    head = ["learner", "answers", "wrong labels", "rewards", "number", "goal reached", "least"]
     return tabled([*head, "an action as good", "least", "labels"], rows)
+
+
+def _spread(told: Result) -> tuple[str, str]:
+    """Mean and interval, and the least."""
+    return share_of([told[name] for name in ("mean", "low", "high")]), f"{100 * told['least']:.1f}"
 
 
 def enough(result: Result) -> list[str]:

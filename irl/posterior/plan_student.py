@@ -54,9 +54,9 @@ class PlanStudent:
         f: VR values, the network's and as much of the plan's values as it leans on, known ones in
             their places, float64 ``[n_states]``.
         caution: u, the dislike of uncertain outcomes.
-        leaning: how much of the plan's values is in f.
         q: action values Σ P f − u · surprise, float64 ``[n_states, n_actions]``; −∞ where
             infeasible.
+        leaning: how much of the plan's values is in f.
     """
 
     network: VRFunction

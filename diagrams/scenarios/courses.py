@@ -1,7 +1,7 @@
 """Where an unseen hand leads the cube: poses and speeds over time, nothing of physics.
 
 A push leads it over the table, a slip along the pads of the hand that holds it, a yank out of that
-hand and down onto the table. Frames: world W, cube O, gripper G (`models.task.spaces`).
+hand, beside it and down onto the table. Frames: world W, cube O, gripper G (`models.task.spaces`).
 """
 
 from dataclasses import dataclass
@@ -16,6 +16,12 @@ PUTTING = 0.25
 """Speed at which a yanked cube is put down [m/s]."""
 SPARE = np.array([[0.02], [-0.02]])
 """By how much it is put within what can be reached, in x and y [m]."""
+ASIDE = 0.11
+"""How far beside the hand it is put, from above [m]: half the hand's width and half the cube's."""
+HAND = 0.2
+"""From the tool centre point to the wrist [m]."""
+_APART = 0.01
+"""Between two places among which is chosen [m]."""
 STEEPEST = 0.3
 """How much a yank may lead downwards, a share of its length: the table is near."""
 INWARDS = 0.2
@@ -125,20 +131,55 @@ def _leads_out(lead: Lead, way: Array, cube: Moving, hand: Moving) -> bool:
     )
 
 
-def put_down(cube: Moving, elapsed: float) -> tuple[Moving, bool]:
-    """A cube on its way to the table, in reach, ``elapsed`` seconds after it was pulled out.
+def place_aside(cube: Moving, hand: Moving) -> Array:
+    """Where to put a cube that was pulled out of a hand, so that the hand is not between.
+
+    Args:
+        cube: where it is, in the world.
+        hand: where the hand is, in the world.
+
+    Returns:
+        x and y ``[2]`` [m], in reach and `ASIDE` of the hand, or as far as there is; of such places
+        one that the way to leads least near to the hand, and of these the nearest.
+    """
+    low, high = REACH + SPARE
+    x, y = (np.arange(low[i], high[i] + 1e-9, _APART) for i in range(2))
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    here = cube.p[:2]
+    shares = np.linspace(0.0, 1.0, 11)[:, None, None]
+    # Each place's way, point by point ``[11, n]``, and how far beside the hand it is there.
+    beside = _beside(here + shares * (places - here), hand)
+    aside = beside[-1] >= min(ASIDE, beside[-1].max())
+    spare = np.minimum(beside.min(axis=0), min(beside[0, 0], ASIDE))
+    best = aside & (spare >= spare[aside].max() - 1e-9)
+    way = np.linalg.norm(places - here, axis=1)
+    return places[np.where(best, way, np.inf).argmin()]
+
+
+def _beside(p: Array, hand: Moving) -> Array:
+    """How far points ``[…, 2]`` are from the hand, wrist to fingertips, seen from above [m]."""
+    tip, back = hand.p[:2], -HAND * hand.R[:2, 2]
+    along = np.clip((p - tip) @ back / max(float(back @ back), 1e-12), 0.0, 1.0)
+    return np.linalg.norm(p - tip - along[..., None] * back, axis=-1)
+
+
+def put_down(cube: Moving, place: Array, elapsed: float) -> tuple[Moving, bool]:
+    """A cube on its way to the table, first level, then down, after it was pulled out.
 
     Args:
         cube: where it was then, in the world.
-        elapsed: [s].
+        place: where it is put, x and y ``[2]`` [m].
+        elapsed: since then [s].
 
     Returns:
         Where it should be, however it turns, and whether it should have arrived.
     """
-    down = np.array([*np.clip(cube.p[:2], *(REACH + SPARE)), REST_HEIGHT])
-    way = down - cube.p
-    seconds = max(float(np.linalg.norm(way)) / PUTTING, 1e-6)
-    share = min(elapsed / seconds, 1.0)
-    arrived = share == 1.0
-    v = np.zeros(3) if arrived else way / seconds
-    return Moving(cube.R, cube.p + share * way, np.zeros(3), v), arrived
+    start = cube.p
+    for end in (np.array([*place, cube.p[2]]), np.array([*place, REST_HEIGHT])):
+        way = end - start
+        seconds = max(float(np.linalg.norm(way)) / PUTTING, 1e-6)
+        if elapsed < seconds:
+            p, v = start + elapsed / seconds * way, way / seconds
+            return Moving(cube.R, p, np.zeros(3), v), False
+        start, elapsed = end, elapsed - seconds
+    return Moving(cube.R, start, np.zeros(3), np.zeros(3)), True

@@ -37,6 +37,7 @@ class Memory:
         course: of the first one once it has begun.
         began: when that was [s].
         pulled: where a yanked cube was when it was out of the hand; None before.
+        place: where it is put down then, x and y [m].
         done: what is over.
     """
 
@@ -45,6 +46,7 @@ class Memory:
     course: Course | None = None
     began: float = -1.0
     pulled: Moving | None = None
+    place: tuple[float, float] = (0.0, 0.0)
     done: tuple[Done, ...] = ()
 
     def __deepcopy__(self, memo: dict) -> "Memory":

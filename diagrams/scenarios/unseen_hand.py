@@ -11,7 +11,7 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from diagrams.gripper_controller import GRIP_FORCE
-from diagrams.scenarios.courses import Moving, begin, put_down
+from diagrams.scenarios.courses import Moving, begin, place_aside, put_down
 from diagrams.scenarios.draws import Draws, Kind, Lead, within_reach
 from diagrams.scenarios.memory import Done, Memory
 from models.rotations import matrix_to_rotation_vector
@@ -171,8 +171,9 @@ class UnseenHand(LeafSystem):
             return memory
         if lead.kind == Kind.YANK:
             if memory.pulled is None:
-                return replace(memory, pulled=cube)
-            if not put_down(memory.pulled, now - self._let_go(memory) - SETTLES)[1]:
+                x, y = place_aside(cube, hand).tolist()
+                return replace(memory, pulled=cube, place=(x, y))
+            if not self._put_down(memory, now - SETTLES)[1]:
                 return memory
             distance, turn = _distance(cube, hand), 0.0
             acted = cube.p[2] < REST_HEIGHT + LIFTED and within_reach(cube.p)
@@ -200,8 +201,7 @@ class UnseenHand(LeafSystem):
         elif memory.pulled is None:
             force, torque = self._pull(cube, course.target(elapsed).within(hand))
         else:
-            gone = context.get_time() - self._let_go(memory)
-            force, _ = self._pull(cube, put_down(memory.pulled, gone)[0])
+            force, _ = self._pull(cube, self._put_down(memory, context.get_time())[0])
             torque = -self._inertia * TURNING * cube.w
         forces.append(_force_on(self._cube, np.zeros(3), force, torque))
         if kind != Kind.PUSH:
@@ -212,10 +212,13 @@ class UnseenHand(LeafSystem):
         output.set_value(forces)
 
     @staticmethod
-    def _let_go(memory: Memory) -> float:
-        """When a yanked cube is out of the hand [s]."""
-        assert memory.course is not None
-        return memory.began + memory.course.lead.seconds + SETTLES
+    def _put_down(memory: Memory, time: float) -> tuple[Moving, bool]:
+        """Where a yanked cube should be once it is out of the hand, and whether it has arrived."""
+        course, pulled = memory.course, memory.pulled
+        assert course is not None
+        assert pulled is not None
+        out = memory.began + course.lead.seconds + SETTLES
+        return put_down(pulled, np.array(memory.place), time - out)
 
     def _pull(self, cube: Moving, target: Moving) -> tuple[np.ndarray, np.ndarray]:
         """Force [N] and torque [N m] on the cube, ``[3]`` each, towards where it should be."""

@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
 from diagrams.state_identifier import identify_state, is_held
-from diagrams.trials.initial_state import NotHeld, begin, held_pose
+from diagrams.trials.initial_state import Creeps, NotHeld, begin, held_pose
 from diagrams.trials.record import Noise, Pair, TrialConfig, TrialRecord
 from diagrams.trials.references import SPEED, TURN_SPEED
 from diagrams.trials.rig import TrialRig
@@ -38,6 +38,8 @@ WITHDRAWAL = 0.1
 """How far the open gripper rises after a release [m]."""
 REST_SPEED = 1e-3
 """Of a cube that counts as at rest [m/s]."""
+STILL = 3e-5
+"""How far a cube that lies still in the hand moves in it, in the last `settle_s` [m]."""
 
 
 def run_trial(
@@ -66,11 +68,18 @@ def run_trial(
         turn_W = matrix_to_rotation_vector(R_WG[action.target] @ R_WG[hand].T)
 
     def attempt(noise: Noise) -> TrialRecord:
+        try:
+            return course(noise, careful=False)
+        except Creeps:
+            return course(noise, careful=True)
+
+    def course(noise: Noise, *, careful: bool) -> TrialRecord:
         tilt = rotation_vector_to_matrix([noise.gripper_roll, noise.gripper_pitch, 0.0])
         material = {name: getattr(noise, name) for name in ("friction", "mass", "restitution")}
-        scene = TrialScene(rig, R_WG[hand] @ tilt, turn_W, **material)
+        scene = TrialScene(rig, R_WG[hand] @ tilt, turn_W, **material, careful=careful)
         turned_further = replace(noise, turn_about_closing=noise.turn_about_closing + turned)
-        return _COURSES[action.kind](_Attempt(scene, config, state, action, turned_further))
+        trial = _Attempt(scene, config, state, action, turned_further, careful)
+        return _COURSES[action.kind](trial)
 
     record = begin(attempt, config, np.random.default_rng(seed))
     return replace(record, cpu_s=time.process_time() - started)
@@ -85,6 +94,7 @@ class _Attempt:
     state: State
     action: Action
     noise: Noise
+    careful: bool
 
 
 @dataclass(frozen=True)
@@ -173,6 +183,7 @@ def _hold(trial: _Attempt) -> _Grip:
 
     Raises:
         NotHeld: if the hand does not hold it.
+        Creeps: if it moves in the hand, and the trial could be more careful.
     """
     scene, state = trial.scene, trial.state
     assert state.gripper is not None
@@ -185,7 +196,11 @@ def _hold(trial: _Attempt) -> _Grip:
     scene.command(p_WG, 0.0)
     scene.advance(trial.config.settle_s)
     scene.support(False)
+    before = scene.X_GO.translation()
     scene.advance(trial.config.settle_s)
+    moved = float(np.linalg.norm(scene.X_GO.translation() - before))
+    if moved > STILL and trial.config.solver != "discrete" and not trial.careful:
+        raise Creeps
     if not _holds(scene):
         raise NotHeld
     return _Grip(X_GO, scene.opening, scene.pad_force)

@@ -37,6 +37,10 @@ class NotHeld(Exception):  # noqa: N818 - an answer rather than an error
     """The hand lost the cube before the action began, so that there was nothing to try."""
 
 
+class Creeps(Exception):  # noqa: N818 - likewise
+    """The cube does not lie still in the closed hand, which may be about to squeeze it out."""
+
+
 def begin(
     attempt: Callable[[Noise], TrialRecord], config: TrialConfig, rng: np.random.Generator
 ) -> TrialRecord:

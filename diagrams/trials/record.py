@@ -18,6 +18,7 @@ _ACCURACY = (1e-9, 0.1)
 _NUMBERS = {
     "accuracy": _ACCURACY,
     "turning_accuracy": _ACCURACY,
+    "creeping_accuracy": _ACCURACY,
     "landing_accuracy": _ACCURACY,
     "finger_inertia": (0.0, 1.0),
     "position_sd": (0.0, 1.0),
@@ -49,6 +50,9 @@ class TrialConfig:
     """The accuracy of CENIC while the hand closes, holds and carries."""
     turning_accuracy: float = 1e-4
     """The accuracy of CENIC in trials that turn the hand."""
+    creeping_accuracy: float = 1e-5
+    """The accuracy of CENIC in trials whose cube does not lie still in the closed hand: they begin
+    anew with it. By a coarser one the fingers may keep what they squeeze out by any finer."""
     landing_accuracy: float = ACCURACY
     """The accuracy of CENIC while a cube falls, lands and comes to rest."""
     finger_inertia: float = FINGER_INERTIA

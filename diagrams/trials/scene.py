@@ -36,6 +36,7 @@ class TrialScene:
         friction: float,
         mass: float,
         restitution: float | None = None,
+        careful: bool = False,
     ) -> None:
         """Set what stays the same through a trial.
 
@@ -47,6 +48,7 @@ class TrialScene:
             friction: coefficient, of everything.
             mass: of the cube [kg].
             restitution: of cube and table, if a fall has a scene of its own.
+            careful: whether to simulate by ``creeping_accuracy``, whatever happens.
         """
         self._rig, self._mass = rig, mass
         self._material = {"friction": friction, "mass": mass}
@@ -61,6 +63,8 @@ class TrialScene:
         """Of the turn that `command` may ask for [rad]."""
         if rig.landing:
             accuracy = rig.config.turning_accuracy if self.turn_angle else rig.config.accuracy
+            if careful:
+                accuracy = min(accuracy, rig.config.creeping_accuracy)
             ResetIntegratorFromFlags(self._simulator, "cenic", LONGEST_STEP)
             self._simulator.get_mutable_integrator().set_target_accuracy(accuracy)
         # Frame A has its z along the axis.

@@ -6,7 +6,7 @@ number nobody knows to that precision; the transition model should not be truste
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ def variants(trial: TrialConfig) -> dict[str, TrialConfig]:
     if trial.solver == "discrete":
         finer = "half the step", replace(reference, time_step=trial.time_step / 2)
     else:
-        errors = ("accuracy", "turning_accuracy", "landing_accuracy")
+        errors = [field.name for field in fields(trial) if field.name.endswith("accuracy")]
         tenths = {name: getattr(trial, name) / 10 for name in errors}
         finer = "a tenth of the error", replace(reference, **tenths)
     return {

@@ -125,6 +125,7 @@ class PathPlanner:
         q_to: np.ndarray,
         vias: Iterable[Sequence[np.ndarray]] = (),
         search: np.random.Generator | None = None,
+        room: float | None = None,
     ) -> np.ndarray | None:
         """Find a free path: the straight one, else the first through vias, else by search.
 
@@ -133,6 +134,7 @@ class PathPlanner:
             q_to: ``[7]`` [rad]; endless joints may end other turns away.
             vias: lists of configurations ``[7]`` [rad] to go through, tried in order.
             search: source of the samples of an RRT-Connect search; None does without.
+            room: a larger distance [m]: straight paths and vias that keep it come first.
 
         Returns:
             Waypoints ``[n, 7]`` [rad] from ``q_from`` to ``q_to``, None if none was found.
@@ -153,10 +155,14 @@ class PathPlanner:
         vias = [tuple(between) for between in vias]
         for via in (q for between in vias for q in between):
             scene.limits.require(scene.require_posture(via, "via"), "via")
-        for between in [(), *vias]:
-            path = wind_path(scene, [q_from, *between, q_to])
-            if all(self.segment_is_free(a, b) for a, b in pairwise(path)):
-                return path
+        margins = [self.margin]
+        if room is not None and scene.is_free(q_from, room) and scene.is_free(q_to, room):
+            margins = [room, self.margin]
+        for margin in margins:
+            for between in [(), *vias]:
+                path = wind_path(scene, [q_from, *between, q_to])
+                if all(self.segment_is_free(a, b, margin) for a, b in pairwise(path)):
+                    return path
         if search is None or not scene.is_free(q_to, self.margin):
             return None
         lower = np.where(scene.continuous, q_from - np.pi, scene.lower)

@@ -48,6 +48,9 @@ A level hand near the robot cannot rise far; in the upper layer the cube falls c
 """
 AT_CELL = 0.005, 0.05
 """How far a hand may be from a cell and orientation that it is said to be in [m], [rad]."""
+ROOM = 0.01
+"""Ways to carry the cube that keep this distance come first [m]: robots do not stand quite where
+they are believed to, nor do cubes lie in the hand quite as they were measured."""
 RAISED = 0.04
 """By how much a held cube is first raised that touches something where it is [m]."""
 
@@ -143,7 +146,7 @@ class ActionPlanner:
             begun = straight_up(self._empty_hand(CUBE_EDGE, None), q, RAISED)
 
         def bring(goal: np.ndarray) -> Move:
-            way = self._path(paths, begun[-1], goal, self.detours(here, there))
+            way = self._path(paths, begun[-1], goal, self.detours(here, there), room=ROOM)
             return _rounded(paths, np.vstack([begun, way[1:]]))
 
         return first_that_works(bring, goal, lambda: self._others(paths, X_WG, goal))
@@ -257,11 +260,12 @@ class ActionPlanner:
         q: np.ndarray,
         goal: np.ndarray,
         vias: Sequence[Sequence[np.ndarray]],
+        room: float | None = None,
     ) -> np.ndarray:
         if not paths.scene.is_free(goal, MARGIN):
             raise Infeasible(ActionFailure.NO_ROOM, "where it leads, something is too near")
         search = np.random.default_rng(0) if self._search else None
-        path = paths.plan(q, goal, vias, search=search)
+        path = paths.plan(q, goal, vias, search=search, room=room)
         if path is None:
             raise Infeasible(ActionFailure.NO_PATH, "no free path found")
         return path

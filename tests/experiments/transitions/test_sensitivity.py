@@ -36,7 +36,7 @@ def test_variants_differ_from_the_reference_in_one_setting_each():
 
 def test_the_finer_variant_of_error_control_has_a_tenth_of_the_errors():
     reference, finer, _ = variants(TrialConfig()).values()
-    errors = ("accuracy", "turning_accuracy", "landing_accuracy")
+    errors = ("accuracy", "turning_accuracy", "creeping_accuracy", "landing_accuracy")
     assert finer == replace(reference, **{name: getattr(finer, name) for name in errors})
     for name in errors:
         assert getattr(finer, name) == pytest.approx(getattr(reference, name) / 10)

@@ -83,6 +83,20 @@ def test_path_goes_through_the_first_via_that_serves(paths):
     np.testing.assert_array_equal(again, path)
 
 
+def test_ways_with_more_room_come_first(paths):
+    near = next(
+        via
+        for lift in np.linspace(0.1, 0.6, 51)
+        if paths.plan(LEFT, RIGHT, [[via := HOME - lift * np.eye(7)[1]]]) is not None
+    )
+    vias = [[near], [ABOVE]]
+    np.testing.assert_array_equal(paths.plan(LEFT, RIGHT, vias)[1], near)
+    np.testing.assert_array_equal(paths.plan(LEFT, RIGHT, vias, room=0.02)[1], ABOVE)
+    # Where nothing has that much, or an end has not, it is as if none had been asked for.
+    np.testing.assert_array_equal(paths.plan(LEFT, RIGHT, vias[:1], room=0.02)[1], near)
+    np.testing.assert_array_equal(paths.plan(LEFT, RIGHT, vias, room=0.4)[1], near)
+
+
 def test_a_search_does_not_begin_for_an_end_that_is_not_free(paths):
     rng = np.random.default_rng(0)
     assert paths.plan(LEFT, HOME, search=rng) is None

@@ -12,7 +12,7 @@ from models.maps.gripper_poses import grasp_position, gripper_pose
 from models.maps.reachability_csv import read_map
 from models.motion.failures import Infeasible
 from models.motion.moves import CLOSE, OPEN, Grip, Move
-from models.motion.planner import APPROACH, ActionPlanner
+from models.motion.planner import APPROACH, ROOM, ActionPlanner
 from models.motion.timing import ACCELERATION_LIMIT, SCALE, time_path
 from models.scenes.gripper import MAX_OPENING
 from models.scenes.planning_scene import HOME, MARGIN
@@ -106,6 +106,19 @@ def test_carrying_is_free_along_the_path(planner, carrying, seed):
     np.testing.assert_allclose(carrying.wind(move.waypoints[-1], goal), goal, atol=1e-9)
     carrying.carry(gripper_pose(POSITIONS[position], gripper).inverse() @ X_WO)
     assert all(carrying.is_free(q, 0.45 * MARGIN) for q in fine(move.waypoints))
+
+
+def test_a_cube_is_not_carried_close_to_the_table_where_there_is_another_way(planner, carrying):
+    """Straight, its corner would pass 3 mm above the table."""
+    q, goal = planner.posture(2, 16), planner.posture(2, 3)
+    X_GO = RigidTransform(RollPitchYaw(0.0, np.pi / 4, 0.0), np.zeros(3))
+    X_WO = gripper_pose(POSITIONS[2], 16) @ X_GO
+    carrying.carry(X_GO)
+    straight = fine([q, carrying.wind(goal, q)])
+    assert 0.0 < min(carrying.clearance(each, 0.1).distance for each in straight) < 0.5 * ROOM
+    (move,) = planner.plan(Action(Kind.ROTATE, 3), 2, 16, q, CUBE_EDGE, X_WO)
+    assert len(move.waypoints) == 3
+    assert all(carrying.is_free(each, 0.9 * ROOM) for each in fine(move.waypoints))
 
 
 def test_a_search_finds_a_way_where_no_via_does(planner, carrying):

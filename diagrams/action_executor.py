@@ -87,6 +87,7 @@ class ActionExecutor(LeafSystem):
                      object.pose ────┤                ├── execution                 Execution
             object.pose_measured ────┤ ActionExecutor │
            arm.position_measured ────┤                │
+             arm.limited_samples ────┤                │
        gripper.position_measured ────┤                │
           gripper.force_measured ────┤                │
                                      └────────────────┘
@@ -125,6 +126,7 @@ class ActionExecutor(LeafSystem):
         self._object = self.DeclareAbstractInputPort("object.pose", pose)
         self._measured_object = self.DeclareAbstractInputPort("object.pose_measured", pose)
         self._measured_arm = self.DeclareVectorInputPort("arm.position_measured", len(HOME))
+        self._limited = self.DeclareVectorInputPort("arm.limited_samples", 1)
         self._opening = self.DeclareVectorInputPort("gripper.position_measured", 1)
         self._force = self.DeclareVectorInputPort("gripper.force_measured", 1)
         hold = Timeline(q, width, (), planner.velocity_limit)
@@ -206,12 +208,13 @@ class ActionExecutor(LeafSystem):
     def _look(self, context: Context, memory: _Memory) -> Measured:
         """What is seen now, of what is connected."""
         command = memory.timeline.arm(context.get_time() - memory.since)
-        seen = [self._read(port, context) for port in (self._opening, self._force)]
-        opening, force = (None if values is None else float(values[0]) for values in seen)
+        ports = (self._limited, self._opening, self._force)
+        seen = [self._read(port, context) for port in ports]
+        limited, opening, force = (None if values is None else float(values[0]) for values in seen)
         X_WO = self._read(self._measured_object, context)
         # Kept beyond this look, while the port's own value changes.
         X_WO = None if X_WO is None else RigidTransform(X_WO)
-        return Measured(self._behind(context, command), opening, force, X_WO)
+        return Measured(self._behind(context, command), limited, opening, force, X_WO)
 
     def _behind(self, context: Context, command: np.ndarray) -> float | None:
         """The joints' largest distance from their command [rad]; None if nothing measures them."""

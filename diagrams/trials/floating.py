@@ -38,6 +38,8 @@ WITHDRAWAL = 0.1
 """How far the open gripper rises after a release [m]."""
 REST_SPEED = 1e-3
 """Of a cube that counts as at rest [m/s]."""
+FINER = 10.0
+"""By how much smaller the error is with which a trial begins anew."""
 STILL = 3e-5
 """How far a cube that lies still in the hand moves in it, in the last `settle_s` [m]."""
 
@@ -68,18 +70,19 @@ def run_trial(
         turn_W = matrix_to_rotation_vector(R_WG[action.target] @ R_WG[hand].T)
 
     def attempt(noise: Noise) -> TrialRecord:
-        try:
-            return course(noise, careful=False)
-        except Creeps:
-            return course(noise, careful=True)
+        accuracy = None
+        while True:
+            try:
+                return course(noise, accuracy)
+            except Creeps as creeps:
+                accuracy = max(creeps.accuracy / FINER, config.creeping_accuracy)
 
-    def course(noise: Noise, *, careful: bool) -> TrialRecord:
+    def course(noise: Noise, accuracy: float | None) -> TrialRecord:
         tilt = rotation_vector_to_matrix([noise.gripper_roll, noise.gripper_pitch, 0.0])
         material = {name: getattr(noise, name) for name in ("friction", "mass", "restitution")}
-        scene = TrialScene(rig, R_WG[hand] @ tilt, turn_W, **material, careful=careful)
+        scene = TrialScene(rig, R_WG[hand] @ tilt, turn_W, **material, accuracy=accuracy)
         turned_further = replace(noise, turn_about_closing=noise.turn_about_closing + turned)
-        trial = _Attempt(scene, config, state, action, turned_further, careful)
-        return _COURSES[action.kind](trial)
+        return _COURSES[action.kind](_Attempt(scene, config, state, action, turned_further))
 
     record = begin(attempt, config, np.random.default_rng(seed))
     return replace(record, cpu_s=time.process_time() - started)
@@ -94,7 +97,6 @@ class _Attempt:
     state: State
     action: Action
     noise: Noise
-    careful: bool
 
 
 @dataclass(frozen=True)
@@ -183,7 +185,7 @@ def _hold(trial: _Attempt) -> _Grip:
 
     Raises:
         NotHeld: if the hand does not hold it.
-        Creeps: if it moves in the hand, and the trial could be more careful.
+        Creeps: if it moves in the hand, and the error can be smaller.
     """
     scene, state = trial.scene, trial.state
     assert state.gripper is not None
@@ -199,10 +201,10 @@ def _hold(trial: _Attempt) -> _Grip:
     before = scene.X_GO.translation()
     scene.advance(trial.config.settle_s)
     moved = float(np.linalg.norm(scene.X_GO.translation() - before))
-    if moved > STILL and trial.config.solver != "discrete" and not trial.careful:
-        raise Creeps
     if not _holds(scene):
         raise NotHeld
+    if moved > STILL and scene.accuracy > trial.config.creeping_accuracy:
+        raise Creeps(scene.accuracy)
     return _Grip(X_GO, scene.opening, scene.pad_force)
 
 

@@ -40,6 +40,11 @@ class NotHeld(Exception):  # noqa: N818 - an answer rather than an error
 class Creeps(Exception):  # noqa: N818 - likewise
     """The cube does not lie still in the closed hand, which may be about to squeeze it out."""
 
+    def __init__(self, accuracy: float) -> None:
+        """Say by what ``accuracy`` of the integrator it does."""
+        super().__init__(f"it creeps, at an accuracy of {accuracy:g}")
+        self.accuracy = accuracy
+
 
 def begin(
     attempt: Callable[[Noise], TrialRecord], config: TrialConfig, rng: np.random.Generator

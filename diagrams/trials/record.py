@@ -50,9 +50,10 @@ class TrialConfig:
     """The accuracy of CENIC while the hand closes, holds and carries."""
     turning_accuracy: float = 1e-4
     """The accuracy of CENIC in trials that turn the hand."""
-    creeping_accuracy: float = 1e-5
-    """The accuracy of CENIC in trials whose cube does not lie still in the closed hand: they begin
-    anew with it. By a coarser one the fingers may keep what they squeeze out by any finer."""
+    creeping_accuracy: float = 1e-6
+    """The finest accuracy of CENIC in trials whose cube does not lie still in the closed hand: they
+    begin anew with ever finer ones, until it does or is out of the hand. By a coarse one fingers
+    keep what they squeeze out by a fine one."""
     landing_accuracy: float = ACCURACY
     """The accuracy of CENIC while a cube falls, lands and comes to rest."""
     finger_inertia: float = FINGER_INERTIA

@@ -36,7 +36,7 @@ class TrialScene:
         friction: float,
         mass: float,
         restitution: float | None = None,
-        careful: bool = False,
+        accuracy: float | None = None,
     ) -> None:
         """Set what stays the same through a trial.
 
@@ -48,7 +48,7 @@ class TrialScene:
             friction: coefficient, of everything.
             mass: of the cube [kg].
             restitution: of cube and table, if a fall has a scene of its own.
-            careful: whether to simulate by ``creeping_accuracy``, whatever happens.
+            accuracy: of CENIC, if that is the rig's solver; by default the rig's own.
         """
         self._rig, self._mass = rig, mass
         self._material = {"friction": friction, "mass": mass}
@@ -61,12 +61,13 @@ class TrialScene:
         self._context = rig.plant.GetMyMutableContextFromRoot(self._root)
         self.turn_angle = 0.0 if turn_W is None else float(np.linalg.norm(turn_W))
         """Of the turn that `command` may ask for [rad]."""
+        self.accuracy = 0.0
+        """Of CENIC; 0 with the discrete solver."""
         if rig.landing:
-            accuracy = rig.config.turning_accuracy if self.turn_angle else rig.config.accuracy
-            if careful:
-                accuracy = min(accuracy, rig.config.creeping_accuracy)
+            own = rig.config.turning_accuracy if self.turn_angle else rig.config.accuracy
+            self.accuracy = own if accuracy is None else accuracy
             ResetIntegratorFromFlags(self._simulator, "cenic", LONGEST_STEP)
-            self._simulator.get_mutable_integrator().set_target_accuracy(accuracy)
+            self._simulator.get_mutable_integrator().set_target_accuracy(self.accuracy)
         # Frame A has its z along the axis.
         axis_W = (
             turn_W / self.turn_angle if turn_W is not None and self.turn_angle else [0.0, 0.0, 1.0]

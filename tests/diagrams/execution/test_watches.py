@@ -58,6 +58,18 @@ def test_an_arm_that_stays_behind_is_obstructed_whatever_else_is_watched(watch):
     assert after(Vigil(LIES), watch, [stuck] * PATIENCE).failure == ActionFailure.OBSTRUCTED
 
 
+def test_an_arm_with_a_cube_is_held_up_once_it_cannot_follow():
+    follows = [Measured(limited=7.0, **HOLDS)] * 20
+    held_up = Measured(limited=8.0, **HOLDS)
+    assert after(Vigil(LIES), Watch.GRIP, follows).failure is None
+    failed = after(Vigil(LIES), Watch.GRIP, [*follows, held_up])
+    assert failed.failure == ActionFailure.OBSTRUCTED
+    # What was not followed before the action says nothing of it, and an empty hand may push.
+    assert after(Vigil(LIES), Watch.GRIP, [held_up] * 20).failure is None
+    assert after(Vigil(LIES), Watch.CUBE, [*follows, held_up]).failure is None
+    assert after(Vigil(LIES), Watch.GRIP, [Measured(**HOLDS), held_up]).failure is None
+
+
 def noisy(X_WO, rng, place=0.005, turn=0.087):
     """Off by a vector and a rotation vector, whose lengths have these root mean squares."""
     spin = Rotation.from_rotvec(rng.normal(0.0, turn / np.sqrt(3), 3)).as_matrix()

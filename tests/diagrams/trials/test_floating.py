@@ -128,19 +128,27 @@ def test_what_the_hand_never_held_is_drawn_anew(try_pair):
     assert "in none of 10" in never.fault
 
 
-@pytest.mark.parametrize(("hand", "target", "position", "repetition"), [(5, 7, 8, 1), (6, 8, 8, 2)])
+@pytest.mark.parametrize(
+    ("hand", "action", "position", "repetition"),
+    [
+        (5, Action(Kind.ROTATE, 7), 8, 1),
+        (6, Action(Kind.ROTATE, 8), 8, 2),
+        (5, Action(Kind.TRANSLATE, 1), 0, 0),
+    ],
+    ids=["turned", "turned sideways", "carried"],
+)
 def test_a_cube_that_creeps_in_the_hand_is_followed_until_it_is_out_of_it(
-    hand, target, position, repetition
+    hand, action, position, repetition
 ):
-    """By the error of a turn it would stay in the hand, and creep all the while."""
+    """By the usual error it would stay in the hand, and creep all the while."""
     config = replace(TrialConfig(), friction=(0.8, 0.8))
-    pair = held(0, hand, Action(Kind.ROTATE, target), position=position)
+    pair = held(0, hand, action, position=position)
     seed = np.random.SeedSequence(0, spawn_key=spawn_key(pair, repetition))
     usual, finer, blind = (
         run_trial(TrialRig(each), each, pair, seed)
         for each in (
             config,
-            replace(config, turning_accuracy=1e-6),
+            replace(config, accuracy=1e-6, turning_accuracy=1e-6),
             replace(config, creeping_accuracy=0.1),
         )
     )

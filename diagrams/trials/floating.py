@@ -205,6 +205,7 @@ def _hold(trial: _Attempt) -> _Grip:
         raise NotHeld
     if moved > STILL and scene.accuracy > trial.config.creeping_accuracy:
         raise Creeps(scene.accuracy)
+    scene.relax()
     return _Grip(X_GO, scene.opening, scene.pad_force)
 
 

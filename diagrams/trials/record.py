@@ -48,11 +48,11 @@ class TrialConfig:
     """The time step of the discrete solver [s]; the whole arm has its own."""
     accuracy: float = 2e-4
     """The accuracy of CENIC while the hand closes, holds and carries."""
-    turning_accuracy: float = 1e-4
+    turning_accuracy: float = 1.5e-4
     """The accuracy of CENIC in trials that turn the hand."""
     creeping_accuracy: float = 1e-6
-    """The finest accuracy of CENIC in trials whose cube does not lie still in the closed hand: they
-    begin anew with ever finer ones, until it does or is out of the hand. By a coarse one fingers
+    """The finest accuracy of CENIC where a cube does not lie still in the closed hand: the trial
+    begins anew with ever finer ones, until it does or is out of the hand. By a coarse one fingers
     keep what they squeeze out by a fine one."""
     landing_accuracy: float = ACCURACY
     """The accuracy of CENIC while a cube falls, lands and comes to rest."""

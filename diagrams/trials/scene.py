@@ -64,10 +64,8 @@ class TrialScene:
         self.accuracy = 0.0
         """Of CENIC; 0 with the discrete solver."""
         if rig.landing:
-            own = rig.config.turning_accuracy if self.turn_angle else rig.config.accuracy
-            self.accuracy = own if accuracy is None else accuracy
             ResetIntegratorFromFlags(self._simulator, "cenic", LONGEST_STEP)
-            self._simulator.get_mutable_integrator().set_target_accuracy(self.accuracy)
+            self._use(self._usual if accuracy is None else accuracy)
         # Frame A has its z along the axis.
         axis_W = (
             turn_W / self.turn_angle if turn_W is not None and self.turn_angle else [0.0, 0.0, 1.0]
@@ -80,6 +78,22 @@ class TrialScene:
         set_cube_mass(rig.plant, self._context, mass)
         if rig.landing:
             add_finger_inertia(rig.plant, self._context, rig.hand, rig.config.finger_inertia)
+
+    @property
+    def _usual(self) -> float:
+        config = self._rig.config
+        return config.turning_accuracy if self.turn_angle else config.accuracy
+
+    def _use(self, accuracy: float) -> None:
+        self.accuracy = accuracy
+        self._simulator.get_mutable_integrator().set_target_accuracy(accuracy)
+
+    def relax(self) -> None:
+        """Go on with the rig's own accuracy."""
+        if self._rig.landing and self.accuracy != self._usual:
+            self._use(self._usual)
+            # The integrator reads its accuracy when it begins.
+            self._simulator.get_mutable_integrator().Initialize()
 
     def start(self, p_WG: np.ndarray, width: float, X_WO: RigidTransform) -> None:
         """Put gripper (opening in metres) and cube in place, at rest.

@@ -179,8 +179,11 @@ class ActionExecutor(LeafSystem):
         """Watch over what is under way, and end it when it is over; itself if nothing changes."""
         elapsed = context.get_time() - memory.since
         execution, timeline = memory.execution, memory.timeline
-        if execution.failure is None and _is_look(elapsed):
-            vigil = memory.vigil.looked(timeline.watch(elapsed), self._look(context, memory))
+        if execution.failure is None:
+            watch = timeline.watch(elapsed)
+            vigil = memory.vigil.followed(watch, self._number(self._limited, context))
+            if vigil.failure is None and _is_look(elapsed):
+                vigil = vigil.looked(watch, self._look(context, memory))
             if vigil.failure is not None:
                 failed = replace(execution, failure=vigil.failure, reason="on the way")
                 rest = timeline.braked(elapsed)
@@ -208,18 +211,21 @@ class ActionExecutor(LeafSystem):
     def _look(self, context: Context, memory: _Memory) -> Measured:
         """What is seen now, of what is connected."""
         command = memory.timeline.arm(context.get_time() - memory.since)
-        ports = (self._limited, self._opening, self._force)
-        seen = [self._read(port, context) for port in ports]
-        limited, opening, force = (None if values is None else float(values[0]) for values in seen)
+        opening, force = (self._number(port, context) for port in (self._opening, self._force))
         X_WO = self._read(self._measured_object, context)
         # Kept beyond this look, while the port's own value changes.
         X_WO = None if X_WO is None else RigidTransform(X_WO)
-        return Measured(self._behind(context, command), limited, opening, force, X_WO)
+        return Measured(self._behind(context, command), opening, force, X_WO)
 
     def _behind(self, context: Context, command: np.ndarray) -> float | None:
         """The joints' largest distance from their command [rad]; None if nothing measures them."""
         q = self._read(self._measured_arm, context)
         return None if q is None else float(np.abs(q - command).max())
+
+    def _number(self, port: InputPort, context: Context) -> float | None:
+        """What a port of one number says; None if it is not connected."""
+        values = self._read(port, context)
+        return None if values is None else float(values[0])
 
     @staticmethod
     def _read(port: InputPort, context: Context) -> Any:

@@ -40,14 +40,12 @@ class Measured:
 
     Attributes:
         behind: from the arm's command to its joints, the largest [rad].
-        limited: how many commands so far the arm could not follow as they were.
         opening: between the pads [m].
         force: of each pad [N].
         X_WO: the cube's pose.
     """
 
     behind: float | None = None
-    limited: float | None = None
     opening: float | None = None
     force: float | None = None
     X_WO: RigidTransform | None = None
@@ -61,7 +59,7 @@ class Vigil:
         planned: the cube's pose that the action was planned with.
         doubts: how many looks in a row found fault with the grip or the arm.
         recent: the cube's last poses, the latest last.
-        limited: how many commands the arm had not followed at the last look; None before.
+        limited: how many commands the arm had not followed so far; None at the beginning.
         failure: what went wrong; None so far.
     """
 
@@ -71,16 +69,30 @@ class Vigil:
     limited: float | None = None
     failure: ActionFailure | None = None
 
+    def followed(self, watch: Watch, limited: float | None) -> "Vigil":
+        """What is known of how the arm follows; itself if there is nothing new.
+
+        With a cube in the hand all the torque there is is too much: it is pressed on something.
+
+        Args:
+            watch: what is watched at this moment.
+            limited: how many commands so far the arm could not follow as they were; None where
+                nothing counts them.
+        """
+        if limited == self.limited:
+            return self
+        held_up = watch == Watch.GRIP and self.limited is not None
+        failure = ActionFailure.OBSTRUCTED if held_up else None
+        return replace(self, limited=limited, failure=failure)
+
     def looked(self, watch: Watch, seen: Measured) -> "Vigil":
         """What is known after one more look; itself if there is nothing new."""
-        fault = self._fault(watch, seen)
-        after = self if seen.limited == self.limited else replace(self, limited=seen.limited)
-        if watch == Watch.GRIP and self._held_up(seen):
-            return replace(after, failure=ActionFailure.OBSTRUCTED)
+        fault = _fault(watch, seen)
+        after = self
         if fault is not None or self.doubts:
             doubts = 0 if fault is None else self.doubts + 1
             failure = fault if doubts >= PATIENCE else None
-            after = replace(after, doubts=doubts, failure=failure)
+            after = replace(self, doubts=doubts, failure=failure)
         if watch != Watch.CUBE or seen.X_WO is None or after.failure:
             return after
         after = replace(after, recent=(*after.recent, seen.X_WO)[-RECENT:])
@@ -96,17 +108,12 @@ class Vigil:
             or geodesic_angle(turn, self.planned.rotation().matrix()) > TURNED
         )
 
-    def _held_up(self, seen: Measured) -> bool:
-        """Whether the arm could not follow its commands since the last look."""
-        if self.limited is None or seen.limited is None:
-            return False
-        return seen.limited > self.limited
 
-    def _fault(self, watch: Watch, seen: Measured) -> ActionFailure | None:
-        """What a look finds fault with by itself."""
-        if seen.behind is not None and seen.behind > BEHIND:
-            return ActionFailure.OBSTRUCTED
-        if watch == Watch.GRIP and seen.force is not None and seen.opening is not None:
-            holds = seen.force >= LEAST_FORCE and OPENINGS[0] <= seen.opening <= OPENINGS[1]
-            return None if holds else ActionFailure.GRIP_LOST
-        return None
+def _fault(watch: Watch, seen: Measured) -> ActionFailure | None:
+    """What a look finds fault with by itself."""
+    if seen.behind is not None and seen.behind > BEHIND:
+        return ActionFailure.OBSTRUCTED
+    if watch == Watch.GRIP and seen.force is not None and seen.opening is not None:
+        holds = seen.force >= LEAST_FORCE and OPENINGS[0] <= seen.opening <= OPENINGS[1]
+        return None if holds else ActionFailure.GRIP_LOST
+    return None

@@ -59,15 +59,15 @@ def test_an_arm_that_stays_behind_is_obstructed_whatever_else_is_watched(watch):
 
 
 def test_an_arm_with_a_cube_is_held_up_once_it_cannot_follow():
-    follows = [Measured(limited=7.0, **HOLDS)] * 20
-    held_up = Measured(limited=8.0, **HOLDS)
-    assert after(Vigil(LIES), Watch.GRIP, follows).failure is None
-    failed = after(Vigil(LIES), Watch.GRIP, [*follows, held_up])
-    assert failed.failure == ActionFailure.OBSTRUCTED
-    # What was not followed before the action says nothing of it, and an empty hand may push.
-    assert after(Vigil(LIES), Watch.GRIP, [held_up] * 20).failure is None
-    assert after(Vigil(LIES), Watch.CUBE, [*follows, held_up]).failure is None
-    assert after(Vigil(LIES), Watch.GRIP, [Measured(**HOLDS), held_up]).failure is None
+    carrying = Vigil(LIES).followed(Watch.GRIP, 7.0)
+    assert carrying.failure is None  # what was not followed before the action
+    assert carrying.followed(Watch.GRIP, 7.0) is carrying
+    assert carrying.followed(Watch.GRIP, 8.0).failure == ActionFailure.OBSTRUCTED
+    # An empty hand may push, and what nothing counts is not watched.
+    assert carrying.followed(Watch.CUBE, 8.0).failure is None
+    assert carrying.followed(Watch.CUBE, 8.0).followed(Watch.GRIP, 8.0).failure is None
+    nobody_counts = Vigil(LIES)
+    assert nobody_counts.followed(Watch.GRIP, None) is nobody_counts
 
 
 def noisy(X_WO, rng, place=0.005, turn=0.087):

@@ -87,7 +87,6 @@ class ActionExecutor(LeafSystem):
                      object.pose ────┤                ├── execution                 Execution
             object.pose_measured ────┤ ActionExecutor │
            arm.position_measured ────┤                │
-             arm.limited_samples ────┤                │
        gripper.position_measured ────┤                │
           gripper.force_measured ────┤                │
                                      └────────────────┘
@@ -126,7 +125,6 @@ class ActionExecutor(LeafSystem):
         self._object = self.DeclareAbstractInputPort("object.pose", pose)
         self._measured_object = self.DeclareAbstractInputPort("object.pose_measured", pose)
         self._measured_arm = self.DeclareVectorInputPort("arm.position_measured", len(HOME))
-        self._limited = self.DeclareVectorInputPort("arm.limited_samples", 1)
         self._opening = self.DeclareVectorInputPort("gripper.position_measured", 1)
         self._force = self.DeclareVectorInputPort("gripper.force_measured", 1)
         hold = Timeline(q, width, (), planner.velocity_limit)
@@ -179,11 +177,8 @@ class ActionExecutor(LeafSystem):
         """Watch over what is under way, and end it when it is over; itself if nothing changes."""
         elapsed = context.get_time() - memory.since
         execution, timeline = memory.execution, memory.timeline
-        if execution.failure is None:
-            watch = timeline.watch(elapsed)
-            vigil = memory.vigil.followed(watch, self._number(self._limited, context))
-            if vigil.failure is None and _is_look(elapsed):
-                vigil = vigil.looked(watch, self._look(context, memory))
+        if execution.failure is None and _is_look(elapsed):
+            vigil = memory.vigil.looked(timeline.watch(elapsed), self._look(context, memory))
             if vigil.failure is not None:
                 failed = replace(execution, failure=vigil.failure, reason="on the way")
                 rest = timeline.braked(elapsed)
@@ -211,7 +206,8 @@ class ActionExecutor(LeafSystem):
     def _look(self, context: Context, memory: _Memory) -> Measured:
         """What is seen now, of what is connected."""
         command = memory.timeline.arm(context.get_time() - memory.since)
-        opening, force = (self._number(port, context) for port in (self._opening, self._force))
+        seen = [self._read(port, context) for port in (self._opening, self._force)]
+        opening, force = (None if values is None else float(values[0]) for values in seen)
         X_WO = self._read(self._measured_object, context)
         # Kept beyond this look, while the port's own value changes.
         X_WO = None if X_WO is None else RigidTransform(X_WO)
@@ -221,11 +217,6 @@ class ActionExecutor(LeafSystem):
         """The joints' largest distance from their command [rad]; None if nothing measures them."""
         q = self._read(self._measured_arm, context)
         return None if q is None else float(np.abs(q - command).max())
-
-    def _number(self, port: InputPort, context: Context) -> float | None:
-        """What a port of one number says; None if it is not connected."""
-        values = self._read(port, context)
-        return None if values is None else float(values[0])
 
     @staticmethod
     def _read(port: InputPort, context: Context) -> Any:

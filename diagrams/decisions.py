@@ -39,7 +39,6 @@ FIRST = 8
 """So many first actions, the best, are played ahead before all others: the answer is mostly there.
 """
 _OF_THE_TARGET = (ActionFailure.NO_ROOM, ActionFailure.OUT_OF_REACH)
-_IN_THE_WAY = (ActionFailure.OBSTRUCTED, ActionFailure.OVERTIME)
 DOUBTED = 2
 """An action that was taken so often in a state did not do there what was forecast."""
 
@@ -152,8 +151,7 @@ class Forecast:
 
     If that reaches a goal within `HORIZON` actions, the policy's action is taken; else the first
     action, by the policy's values, after which the policy does; else the best that was not yet
-    tried here. A course that does again in a cell what was held up there comes after all others.
-    What could not be planned here is not tried again, nor in this cell by another hand
+    tried here. What could not be planned here is not tried again, nor in this cell by another hand
     while the cube stays as it is in the hand; what was ended on the way is, from where the cube is
     then.
     """
@@ -209,18 +207,15 @@ class Forecast:
         # That the cube was moved by others says nothing of an action.
         taken = [step.action for step in here if step.failure != ActionFailure.DISPLACED]
         doubted = {action for action in taken if taken.count(action) >= DOUBTED} | failed
-        scene, ranked = self._scene(sight, state), _ranked(self._policy.q[state])
-        for shunned in _shunned(steps):
-            there = shunned[decode_states(state).position]
-            avoided = doubted | set(np.flatnonzero(there).tolist())
-            own_open = own >= 0 and own not in avoided
-            if own_open and self._arrives(scene, [own], blocked, shunned)[0]:
-                return Choice(own, By.POLICY)
-            open_to = [action for action in ranked if action not in avoided]
-            for some in (open_to[:FIRST], open_to[FIRST:]):
-                arrives = self._arrives(scene, some, blocked, shunned)
-                if arrives.any():
-                    return Choice(some[int(arrives.argmax())], By.FORECAST)
+        scene = self._scene(sight, state)
+        if own >= 0 and own not in doubted and self._arrives(scene, [own], blocked)[0]:
+            return Choice(own, By.POLICY)
+        ranked = _ranked(self._policy.q[state])
+        open_to = [action for action in ranked if action not in doubted]
+        for some in (open_to[:FIRST], open_to[FIRST:]):
+            arrives = self._arrives(scene, some, blocked)
+            if arrives.any():
+                return Choice(some[int(arrives.argmax())], By.FORECAST)
         for action in ranked:
             if action not in taken and action not in failed:
                 return Choice(action, By.UNTRIED)
@@ -228,13 +223,11 @@ class Forecast:
             own = next((action for action in ranked if action not in failed), -1)
         return None if own < 0 else Choice(own, By.POLICY)
 
-    def _arrives(
-        self, scene: Scenes, first: Sequence[int], blocked: np.ndarray, shunned: np.ndarray
-    ) -> np.ndarray:
+    def _arrives(self, scene: Scenes, first: Sequence[int], blocked: np.ndarray) -> np.ndarray:
         """Whether the policy reaches a goal after each of some first actions ``[n]``."""
         many = scene.select(np.zeros(len(first), dtype=int))
         policy = self._policy.action
-        chance = arrival(many, np.array(first), policy, self._goals, HORIZON, blocked, shunned)
+        chance = arrival(many, np.array(first), policy, self._goals, HORIZON, blocked)
         return chance >= ARRIVES
 
     @staticmethod
@@ -273,19 +266,6 @@ def _blocked(state: int, steps: Sequence[Step]) -> np.ndarray:
         if step.failure in _OF_THE_TARGET:
             blocked[decode_states(step.state).position, step.action] = True
     return blocked
-
-
-def _shunned(steps: Sequence[Step]) -> list[np.ndarray]:
-    """What a course had better not do in which cells, and nothing, for where none is without it.
-
-    Where an action was held up something is in the way that nobody knows of, and may still be.
-    """
-    nothing = np.zeros((len(POSITIONS), N_ACTIONS), dtype=bool)
-    shunned = nothing.copy()
-    for step in steps:
-        if step.failure in _IN_THE_WAY and step.state < LOST:
-            shunned[decode_states(step.state).position, step.action] = True
-    return [shunned, nothing] if shunned.any() else [nothing]
 
 
 def _ranked(q: np.ndarray) -> list[int]:

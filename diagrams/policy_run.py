@@ -38,7 +38,7 @@ LOOK_PERIOD = 0.2
 TIME_LIMIT = 300.0
 """Simulated time after which an episode is cut off [s]."""
 WATCHED = (
-    *("object.pose", "arm.position_measured", "arm.limited_samples"),
+    *("object.pose", "arm.position_measured"),
     *("gripper.position_measured", "gripper.force_measured"),
 )
 """The station's ports that the executor watches on its way."""

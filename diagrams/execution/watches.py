@@ -59,31 +59,13 @@ class Vigil:
         planned: the cube's pose that the action was planned with.
         doubts: how many looks in a row found fault with the grip or the arm.
         recent: the cube's last poses, the latest last.
-        limited: how many commands the arm had not followed so far; None at the beginning.
         failure: what went wrong; None so far.
     """
 
     planned: RigidTransform
     doubts: int = 0
     recent: tuple[RigidTransform, ...] = ()
-    limited: float | None = None
     failure: ActionFailure | None = None
-
-    def followed(self, watch: Watch, limited: float | None) -> "Vigil":
-        """What is known of how the arm follows; itself if there is nothing new.
-
-        With a cube in the hand all the torque there is is too much: it is pressed on something.
-
-        Args:
-            watch: what is watched at this moment.
-            limited: how many commands so far the arm could not follow as they were; None where
-                nothing counts them.
-        """
-        if limited == self.limited:
-            return self
-        held_up = watch == Watch.GRIP and self.limited is not None
-        failure = ActionFailure.OBSTRUCTED if held_up else None
-        return replace(self, limited=limited, failure=failure)
 
     def looked(self, watch: Watch, seen: Measured) -> "Vigil":
         """What is known after one more look; itself if there is nothing new."""

@@ -156,7 +156,6 @@ def arrival(
     goals: NDArray[np.bool_],
     within: int,
     blocked: NDArray[np.bool_] = NOTHING_BLOCKED,
-    shunned: NDArray[np.bool_] = NOTHING_BLOCKED,
 ) -> Array:
     """Probability of reaching a goal by a first action and then by a policy.
 
@@ -168,8 +167,6 @@ def arrival(
         within: most actions, the first among them.
         blocked: which actions are known not to be possible in a cell as the cube is in the hand
             now, until it is let go ``[18, N_ACTIONS]``.
-        shunned: which actions a course must not take in a cell at all, after the first one,
-            likewise.
 
     Returns:
         ``[n]``.
@@ -188,8 +185,7 @@ def arrival(
         there = goals[state]
         np.add.at(arrived, origin[there], weight[there])
         action = np.where(state < N_STATES, policy[np.minimum(state, N_STATES - 1)], -1)
-        here = np.maximum(scenes.position, 0), np.maximum(action, 0)
-        stops = (kept & blocked[here]) | shunned[here]
+        stops = kept & blocked[np.maximum(scenes.position, 0), np.maximum(action, 0)]
         on = ~there & (action >= 0) & (weight >= LEAST) & ~stops
         origin, weight, action, scenes = origin[on], weight[on], action[on], scenes.select(on)
         kept = kept[on]

@@ -252,30 +252,3 @@ def test_what_there_was_no_room_for_is_not_asked_for_by_another_hand():
     # Once it was let go it is in the hand in another way.
     free = step(State(2, 0).index, Action(Kind.GRASP, 10).index)
     assert decide.choose(hanging, [failed, free]) == Choice(turn, By.POLICY)
-
-
-def test_a_course_that_was_held_up_in_a_cell_comes_after_all_others():
-    """Half a turn off, in the goal's cell: by hand 12 turned to 16, or by 10 turned to 14."""
-    mask = np.zeros((N_STATES + 1, N_ACTIONS), dtype=bool)
-    action = np.full(N_STATES + 1, -1)
-    start, other = State(2, 4).index, State(2, 7).index
-    mask[start, [10, 12]], action[start] = True, 12
-    turns = {hand: Action(Kind.ROTATE, hand + 4).index for hand in (10, 12)}
-    for hand, turn in turns.items():
-        held, turned = State(2, 4, hand).index, State(2, 0, hand + 4).index
-        mask[held, turn], action[held] = True, turn
-        mask[turned, DROP], action[turned] = True, DROP
-    forecast = Forecast(policy_of(action, mask), GOAL)
-    sight = seen(start, np.diag([-1.0, -1.0, 1.0]), (0.5, 0.0, 0.52))
-    assert forecast.choose(sight, ()) == Choice(12, By.POLICY)
-    held_up = [
-        step(other, 12, ActionFailure.OBSTRUCTED),
-        step(State(2, 9, 13).index, turns[12], ActionFailure.OVERTIME),
-    ]
-    for one in held_up:
-        assert forecast.choose(sight, [one]) == Choice(10, By.FORECAST)
-    # Elsewhere it may be free; and where nothing else arrives it is tried again.
-    elsewhere = [step(State(4, 7).index, 12, ActionFailure.OBSTRUCTED)]
-    assert forecast.choose(sight, elsewhere) == Choice(12, By.POLICY)
-    both = [*held_up, step(other, 10, ActionFailure.OBSTRUCTED)]
-    assert forecast.choose(sight, both) == Choice(12, By.POLICY)

@@ -15,8 +15,8 @@ from models.scenes.planning_scene import HOME
 from models.task.spaces import CUBE_EDGE, N_FREE, POSITIONS, Action, Kind, decode_states
 
 MEASURED = (
-    *("arm.position_measured", "arm.limited_samples"),
-    *("gripper.position_measured", "gripper.force_measured", "task.state", "object.pose"),
+    *("arm.position_measured", "gripper.position_measured", "gripper.force_measured"),
+    *("task.state", "object.pose"),
 )
 COMMANDS = ("arm.position_command", "gripper.position_command")
 
@@ -162,12 +162,9 @@ def test_an_arm_that_does_not_get_there_is_obstructed(planner):
     forces[rig.plant.GetJointByName("joint_1").velocity_start()] = -60.0
     rig.run(0.3)
     port.FixValue(rig.context, forces)
-    began = rig.root.get_time()
     while rig.execution.failure is None:
         rig.run(0.01)
     assert rig.execution.failure == ActionFailure.OBSTRUCTED
-    # Noticed as soon as all the torque there is does not suffice.
-    assert rig.root.get_time() - began < 0.25
     # It is told to rest where it was, not where it was to be by then, 0.12 rad from there.
     own = rig.executor.GetMyContextFromRoot(rig.root)
     rest = rig.executor.GetOutputPort("arm.position_command").Eval(own).copy()

@@ -58,18 +58,6 @@ def test_an_arm_that_stays_behind_is_obstructed_whatever_else_is_watched(watch):
     assert after(Vigil(LIES), watch, [stuck] * PATIENCE).failure == ActionFailure.OBSTRUCTED
 
 
-def test_an_arm_with_a_cube_is_held_up_once_it_cannot_follow():
-    carrying = Vigil(LIES).followed(Watch.GRIP, 7.0)
-    assert carrying.failure is None  # what was not followed before the action
-    assert carrying.followed(Watch.GRIP, 7.0) is carrying
-    assert carrying.followed(Watch.GRIP, 8.0).failure == ActionFailure.OBSTRUCTED
-    # An empty hand may push, and what nothing counts is not watched.
-    assert carrying.followed(Watch.CUBE, 8.0).failure is None
-    assert carrying.followed(Watch.CUBE, 8.0).followed(Watch.GRIP, 8.0).failure is None
-    nobody_counts = Vigil(LIES)
-    assert nobody_counts.followed(Watch.GRIP, None) is nobody_counts
-
-
 def noisy(X_WO, rng, place=0.005, turn=0.087):
     """Off by a vector and a rotation vector, whose lengths have these root mean squares."""
     spin = Rotation.from_rotvec(rng.normal(0.0, turn / np.sqrt(3), 3)).as_matrix()

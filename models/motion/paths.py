@@ -141,7 +141,7 @@ class PathPlanner:
 
         Raises:
             ModelError: if a posture is none, or ``q_to`` or a via is beyond a joint limit;
-                ``q_from`` may be.
+                ``q_from`` may be; or if the room is less than the margin.
         """
         scene = self.scene
         q_from, q_to = (
@@ -156,8 +156,13 @@ class PathPlanner:
         for via in (q for between in vias for q in between):
             scene.limits.require(scene.require_posture(via, "via"), "via")
         margins = [self.margin]
-        if room is not None and scene.is_free(q_from, room) and scene.is_free(q_to, room):
-            margins = [room, self.margin]
+        if room is not None:
+            if not _checked_margin(room) >= self.margin:
+                raise ModelError(
+                    f"room {room:g}; valid: the planner's margin, {self.margin:g}, or more"
+                )
+            if scene.is_free(q_from, room) and scene.is_free(q_to, room):
+                margins = [room, self.margin]
         for margin in margins:
             for between in [(), *vias]:
                 path = wind_path(scene, [q_from, *between, q_to])

@@ -180,6 +180,11 @@ class TestRefusals:
         with pytest.raises(ModelError, match="margin"):
             PathPlanner(empty.scene, margin)
 
+    @pytest.mark.parametrize("room", [0.5 * MARGIN, 0.0, -1.0, np.nan])
+    def test_room_is_at_least_the_margin(self, empty, room):
+        with pytest.raises(ModelError, match="room|margin"):
+            empty.plan(LEFT, RIGHT, room=room)
+
     def test_a_search_draws_from_a_generator(self, empty):
         with pytest.raises(ModelError, match="search: 0"):
             empty.plan(HOME, LEFT, search=0)

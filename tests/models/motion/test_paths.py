@@ -182,7 +182,7 @@ class TestRefusals:
 
     @pytest.mark.parametrize("room", [0.5 * MARGIN, 0.0, -1.0, np.nan])
     def test_room_is_at_least_the_margin(self, empty, room):
-        with pytest.raises(ModelError, match="room|margin"):
+        with pytest.raises(ModelError, match=r"room|margin"):
             empty.plan(LEFT, RIGHT, room=room)
 
     def test_a_search_draws_from_a_generator(self, empty):

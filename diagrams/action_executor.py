@@ -16,8 +16,9 @@ from pydrake.systems.framework import (
     State,
 )
 
+from diagrams.execution.clock import PERIOD, SLOWS, STOPS, Clock
 from diagrams.execution.timeline import Timeline
-from diagrams.execution.watches import LOOK, Measured, Vigil
+from diagrams.execution.watches import BEHIND, LOOK, Measured, Vigil
 from models.errors import ModelError
 from models.motion.failures import ActionFailure, Infeasible
 from models.motion.moves import Grip, Move
@@ -25,10 +26,6 @@ from models.motion.planner import ActionPlanner
 from models.scenes import gripper
 from models.scenes.planning_scene import HOME
 from models.task.spaces import Action, decode_states
-
-PERIOD = 0.01
-"""Between two looks at the request [s]."""
-
 
 OVERTIME = 2.0
 """How long after a plan's end its last posture may be still to be reached [s]."""
@@ -59,7 +56,7 @@ class Execution:
 
 @dataclass(frozen=True)
 class _Memory:
-    """What is executed, what is commanded since when, and what was seen meanwhile.
+    """What is executed, what is commanded and how far that is, and what was seen meanwhile.
 
     The opening commanded now is kept beside the timeline: it changes rarely, and what depends on
     it is not computed at every step.
@@ -68,7 +65,7 @@ class _Memory:
     execution: Execution
     timeline: Timeline
     width: float
-    since: float = 0.0
+    clock: Clock = field(default_factory=Clock)
     vigil: Vigil = field(default_factory=lambda: Vigil(RigidTransform()))
 
     def __deepcopy__(self, memo: dict) -> "_Memory":
@@ -98,8 +95,9 @@ class ActionExecutor(LeafSystem):
 
     Actions are planned with `object.pose`. What is measured besides is watched, phase by phase
     (`diagrams.execution`), where it is connected: an action that goes wrong brakes along its own
-    path, keeps the fingers as they are, and ends with its failure. An arm that cannot follow rests
-    where it is: what is in its way is not pushed, and the next plan starts from there.
+    path, keeps the fingers as they are, and ends with its failure. A plan waits for an arm that is
+    behind it, and no joint is commanded further than 0.025 rad from where it is. An arm that cannot
+    follow rests where it is: what is in its way is not pushed, and the next plan starts from there.
 
     A request that is none ends the simulation with a `ModelError`: parts of numbers, an action
     without a number of its own, or no action of the task.
@@ -132,7 +130,8 @@ class ActionExecutor(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(PERIOD, 0.0, self._update)
         state_and_time = {self.abstract_state_ticket(self._memory), self.time_ticket()}
         state = {self.abstract_state_ticket(self._memory)}
-        self.DeclareVectorOutputPort("arm.position_command", 7, self._calc_arm, state_and_time)
+        command = {*state_and_time, self._measured_arm.ticket()}
+        self.DeclareVectorOutputPort("arm.position_command", 7, self._calc_arm, command)
         self.DeclareVectorOutputPort("gripper.position_command", 1, self._calc_gripper, state)
         self.DeclareAbstractOutputPort(
             "execution", lambda: Value(Execution()), self._calc_execution, state
@@ -165,7 +164,7 @@ class ActionExecutor(LeafSystem):
             memory = self._go_on(context, memory)
         if memory.execution.finished and sequence != memory.execution.sequence:
             memory = self._plan(context, sequence, action, memory)
-        width = memory.timeline.width(context.get_time() - memory.since)
+        width = memory.timeline.width(memory.clock.read(context.get_time()))
         if width != memory.width:
             memory = replace(memory, width=width)
         if memory is before:
@@ -175,43 +174,65 @@ class ActionExecutor(LeafSystem):
 
     def _go_on(self, context: Context, memory: _Memory) -> _Memory:
         """Watch over what is under way, and end it when it is over; itself if nothing changes."""
-        elapsed = context.get_time() - memory.since
+        now = context.get_time()
         execution, timeline = memory.execution, memory.timeline
-        if execution.failure is None and _is_look(elapsed):
-            vigil = memory.vigil.looked(timeline.watch(elapsed), self._look(context, memory))
+        elapsed = memory.clock.read(now)
+        behind = self._behind(context, timeline.arm(elapsed))
+        if execution.failure is not None:
+            return self._come_to_rest(context, memory, behind)
+        if _is_look(now - execution.started):
+            vigil = memory.vigil.looked(timeline.watch(elapsed), self._look(context, behind))
             if vigil.failure is not None:
                 failed = replace(execution, failure=vigil.failure, reason="on the way")
-                rest = timeline.braked(elapsed)
+                rest = timeline.braked(elapsed, memory.clock.rate)
                 if vigil.failure == ActionFailure.OBSTRUCTED:
                     rest = self._yielded(context, timeline, elapsed)
-                return _Memory(failed, rest, memory.width, context.get_time(), vigil)
+                return _Memory(failed, rest, memory.width, Clock(now), vigil)
             if vigil is not memory.vigil:
                 memory = replace(memory, vigil=vigil)
         if elapsed < timeline.duration:
-            return memory
-        behind = self._behind(context, timeline.arm(elapsed))
-        if execution.failure is None and behind is not None and behind > ARRIVED:
+            return self._led(memory, now, behind)
+        if behind is not None and behind > ARRIVED:
             if elapsed < timeline.duration + OVERTIME:
-                return memory
+                return self._led(memory, now, 0.0)
             late = f"{behind:.3f} rad behind"
             failed = replace(execution, failure=ActionFailure.OVERTIME, reason=late, finished=True)
             rest = self._yielded(context, timeline, elapsed)
-            return _Memory(failed, rest, memory.width, context.get_time(), memory.vigil)
+            return _Memory(failed, rest, memory.width, Clock(now), memory.vigil)
         return replace(memory, execution=replace(execution, finished=True))
+
+    def _come_to_rest(self, context: Context, memory: _Memory, behind: float | None) -> _Memory:
+        """Brake, or rest at once where the arm cannot even follow that."""
+        now = context.get_time()
+        elapsed = memory.clock.read(now)
+        if elapsed < memory.timeline.duration:
+            if behind is None or behind <= BEHIND:
+                return self._led(memory, now, behind)
+            rest = self._yielded(context, memory.timeline, elapsed)
+            memory = replace(memory, timeline=rest, clock=Clock(now))
+        return replace(memory, execution=replace(memory.execution, finished=True))
+
+    @staticmethod
+    def _led(memory: _Memory, now: float, behind: float | None) -> _Memory:
+        """With a clock that waits for an arm that is behind; itself if nothing changes."""
+        clock, behind = memory.clock, behind or 0.0
+        if behind > SLOWS or clock.rate < 1.0:
+            changes = memory.timeline.changes(clock.read(now), clock.rate)
+            clock = clock.led(now, behind, changes)
+        return memory if clock is memory.clock else replace(memory, clock=clock)
 
     def _yielded(self, context: Context, timeline: Timeline, elapsed: float) -> Timeline:
         """Rest where the arm is."""
         return timeline.yielded(elapsed, np.array(self._measured_arm.Eval(context)))
 
-    def _look(self, context: Context, memory: _Memory) -> Measured:
+    def _look(self, context: Context, behind: float | None) -> Measured:
         """What is seen now, of what is connected."""
-        command = memory.timeline.arm(context.get_time() - memory.since)
         seen = [self._read(port, context) for port in (self._opening, self._force)]
         opening, force = (None if values is None else float(values[0]) for values in seen)
         X_WO = self._read(self._measured_object, context)
         # Kept beyond this look, while the port's own value changes.
         X_WO = None if X_WO is None else RigidTransform(X_WO)
-        return Measured(self._behind(context, command), opening, force, X_WO)
+        return Measured(behind, opening, force, X_WO)
 
     def _behind(self, context: Context, command: np.ndarray) -> float | None:
         """The joints' largest distance from their command [rad]; None if nothing measures them."""
@@ -264,11 +285,16 @@ class ActionExecutor(LeafSystem):
         except Infeasible as refused:
             execution = Execution(sequence, action, now, True, refused.failure, str(refused))
         timeline = Timeline(q, width, plan, self._planner.velocity_limit)
-        return _Memory(execution, timeline, width, now, Vigil(X_WO))
+        return _Memory(execution, timeline, width, Clock(now), Vigil(X_WO))
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:
         memory = self._remembered(context)
-        output.SetFromVector(memory.timeline.arm(context.get_time() - memory.since))
+        command = memory.timeline.arm(memory.clock.read(context.get_time()))
+        q = self._read(self._measured_arm, context)
+        if q is not None:
+            # A joint that is stopped by something stops at once, the others as they can.
+            command = np.clip(command, q - STOPS, q + STOPS)
+        output.SetFromVector(command)
 
     def _calc_gripper(self, context: Context, output: BasicVector) -> None:
         output[0] = self._remembered(context).width

@@ -75,14 +75,31 @@ class Timeline:
         number = self._part(t) - 1
         return self._phases[number].watch if 0 <= number < len(self._phases) else Watch.NOTHING
 
-    def braked(self, t: float) -> "Timeline":
-        """From what is commanded ``t`` seconds after the start to rest, the fingers as they are."""
+    def changes(self, t: float, rate: float) -> tuple[float, float]:
+        """By how much the rate at which it passes may change, downwards and upwards [1/s].
+
+        Args:
+            t: how much of it has passed [s].
+            rate: at which it passes now.
+        """
+        index = self._part(t)
+        arm = self._arm[index]
+        if isinstance(arm, np.ndarray):
+            return -np.inf, np.inf
+        down, up = _changes(arm, t - self._starts[index], rate)
+        return min(down, 0.0), max(up, 0.0)
+
+    def braked(self, t: float, rate: float = 1.0) -> "Timeline":
+        """From what is commanded after ``t`` seconds of it to rest, the fingers as they are.
+
+        ``rate`` is how fast it passed until then.
+        """
         index = self._part(t)
         arm, width = self._arm[index], self._width[index]
         rest = Timeline(self.arm(t), width, (), np.ones(len(HOME)))
         rest.plan = self.plan
         if isinstance(arm, Trajectory):
-            path = braking(arm, t - self._starts[index])
+            path = braking(arm, t - self._starts[index], rate)
             rest._arm[0] = path
             rest._starts[1] = rest.duration = path.end_time()
             rest._arm[1] = path.value(path.end_time()).ravel()
@@ -98,7 +115,7 @@ class Timeline:
         return max(0, bisect_right(self._starts, t) - 1)
 
 
-def braking(motion: Trajectory, at: float) -> Trajectory:
+def braking(motion: Trajectory, at: float, rate: float = 1.0) -> Trajectory:
     """From a motion to rest on its own path, as fast as `BRAKING` allows, without a jump in speed.
 
     The motion's own time passes ever more slowly: at a rate r of it, which changes by r', a joint
@@ -107,16 +124,17 @@ def braking(motion: Trajectory, at: float) -> Trajectory:
     Args:
         motion: joint angles ``[7]`` [rad] over time.
         at: when to begin to brake [s].
+        rate: at which the motion's time passes then.
 
     Returns:
         Joint angles ``[7]`` [rad] from the beginning of the braking, at 0 s, to its end.
     """
     end = motion.end_time()
-    times, places, rates = [0.0], [at], [1.0]
+    times, places, rates = [0.0], [at], [rate]
     while rates[-1] > 0.0 and places[-1] < end:
         place, rate = places[-1], rates[-1]
         # The motion's acceleration may jump within a step.
-        slows = max(_slowest(motion, x, rate) for x in (place, min(place + _STEP * rate, end)))
+        slows = max(_changes(motion, x, rate)[0] for x in (place, min(place + _STEP * rate, end)))
         slows = float(np.clip(slows, -rate / _STEP, 0.0))
         times.append(times[-1] + _STEP)
         places.append(min(place + _STEP * (rate + 0.5 * _STEP * slows), end))
@@ -128,9 +146,11 @@ def braking(motion: Trajectory, at: float) -> Trajectory:
     return PathParameterizedTrajectory(motion, progress)
 
 
-def _slowest(motion: Trajectory, place: float, rate: float) -> float:
-    """By how much a rate may change at most, downwards [1/s], for no joint to brake too hard."""
+def _changes(motion: Trajectory, place: float, rate: float) -> tuple[float, float]:
+    """Least and largest change of a rate [1/s] for which no joint speeds up or brakes too hard."""
     v, a = (motion.EvalDerivative(place, order).ravel() for order in (1, 2))
     moves = np.abs(v) > 1e-9
-    least = (-BRAKING[moves] - np.sign(v[moves]) * rate**2 * a[moves]) / np.abs(v[moves])
-    return float(least.max(initial=-np.inf))
+    speed, own = np.abs(v[moves]), np.sign(v[moves]) * rate**2 * a[moves]
+    down = (-BRAKING[moves] - own) / speed
+    up = (BRAKING[moves] - own) / speed
+    return float(down.max(initial=-np.inf)), float(up.min(initial=np.inf))

@@ -1,8 +1,7 @@
 """What is measured while an action is under way, and when that says that it went wrong.
 
 Measurements are noisy: none ends an action by itself. The cube counts as moved when the mean of the
-last looks has; a grip or an arm that is not as it should be must be so at `PATIENCE` looks in a
-row.
+last looks has; a grip or an arm that is not as it should be must be so at some looks in a row.
 """
 
 from dataclasses import dataclass, replace
@@ -25,12 +24,13 @@ MOVED, TURNED = 0.012, np.radians(12.0)
 
 A noise of 5 mm and 5° leaves such a mean within 3 mm and 3° of the truth, two times in three.
 """
-PATIENCE = 2
-"""Looks in a row that must find fault with the grip, or with the arm."""
-BEHIND = 0.12
-"""From the arm's command to where it is, if it does not follow [rad].
+PATIENCE = {ActionFailure.GRIP_LOST: 2, ActionFailure.OBSTRUCTED: 4}
+"""Looks in a row that must find the same fault with the grip, or with the arm."""
+BEHIND = 0.0235
+"""From where a plan has the arm to where it is, if it does not follow [rad].
 
-Commands that take 50 ms to arrive leave a joint behind by 0.06 rad.
+The plan nearly stands by then (`diagrams.execution.clock`). One that takes 50 ms to arrive
+leaves a joint behind by 0.021 rad at its limit of speed.
 """
 
 
@@ -39,7 +39,7 @@ class Measured:
     """What is seen at one look; None where nothing measures it.
 
     Attributes:
-        behind: from the arm's command to its joints, the largest [rad].
+        behind: from where the plan has the joints to where they are, the largest [rad].
         opening: between the pads [m].
         force: of each pad [N].
         X_WO: the cube's pose.
@@ -57,12 +57,14 @@ class Vigil:
 
     Attributes:
         planned: the cube's pose that the action was planned with.
-        doubts: how many looks in a row found fault with the grip or the arm.
+        fault: what the last look found fault with; None if with nothing.
+        doubts: how many looks in a row have found that.
         recent: the cube's last poses, the latest last.
         failure: what went wrong; None so far.
     """
 
     planned: RigidTransform
+    fault: ActionFailure | None = None
     doubts: int = 0
     recent: tuple[RigidTransform, ...] = ()
     failure: ActionFailure | None = None
@@ -71,10 +73,12 @@ class Vigil:
         """What is known after one more look; itself if there is nothing new."""
         fault = _fault(watch, seen)
         after = self
-        if fault is not None or self.doubts:
-            doubts = 0 if fault is None else self.doubts + 1
-            failure = fault if doubts >= PATIENCE else None
-            after = replace(self, doubts=doubts, failure=failure)
+        if fault is not None:
+            doubts = self.doubts + 1 if fault == self.fault else 1
+            failure = fault if doubts >= PATIENCE[fault] else None
+            after = replace(self, fault=fault, doubts=doubts, failure=failure)
+        elif self.fault is not None:
+            after = replace(self, fault=None, doubts=0)
         if watch != Watch.CUBE or seen.X_WO is None or after.failure:
             return after
         after = replace(after, recent=(*after.recent, seen.X_WO)[-RECENT:])

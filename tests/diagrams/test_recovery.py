@@ -165,7 +165,7 @@ def test_an_arm_that_does_not_get_there_is_obstructed(planner):
     while rig.execution.failure is None:
         rig.run(0.01)
     assert rig.execution.failure == ActionFailure.OBSTRUCTED
-    # It is told to rest where it was, not where it was to be by then, 0.12 rad from there.
+    # It is told to rest where it was, not where it was to be by then.
     own = rig.executor.GetMyContextFromRoot(rig.root)
     rest = rig.executor.GetOutputPort("arm.position_command").Eval(own).copy()
     assert np.abs(rig.measured("arm.position_measured") - rest).max() < 0.05

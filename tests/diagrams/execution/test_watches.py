@@ -45,7 +45,8 @@ def test_a_grip_is_lost_once_two_looks_say_so(lost):
     assert after(vigil, Watch.GRIP, [good] * 50).failure is None
     assert after(vigil, Watch.GRIP, [good] * 50) is vigil  # nothing new, nothing written
     assert after(vigil, Watch.GRIP, [good, bad, good, bad, good, bad, good]).failure is None
-    assert after(vigil, Watch.GRIP, [good] + [bad] * PATIENCE).failure == ActionFailure.GRIP_LOST
+    enough = PATIENCE[ActionFailure.GRIP_LOST]
+    assert after(vigil, Watch.GRIP, [good] + [bad] * enough).failure == ActionFailure.GRIP_LOST
     assert after(vigil, Watch.NOTHING, [bad] * 20).failure is None
     assert after(vigil, Watch.CUBE, [bad] * 20).failure is None
     assert after(vigil, Watch.GRIP, [Measured()] * 20).failure is None
@@ -53,9 +54,17 @@ def test_a_grip_is_lost_once_two_looks_say_so(lost):
 
 @pytest.mark.parametrize("watch", list(Watch))
 def test_an_arm_that_stays_behind_is_obstructed_whatever_else_is_watched(watch):
-    late, stuck = Measured(behind=0.06, **HOLDS), Measured(behind=0.2, **HOLDS)
+    late, stuck = Measured(behind=0.021, **HOLDS), Measured(behind=0.0249, **HOLDS)
+    enough = PATIENCE[ActionFailure.OBSTRUCTED]
     assert after(Vigil(LIES), watch, [late] * 20).failure is None
-    assert after(Vigil(LIES), watch, [stuck] * PATIENCE).failure == ActionFailure.OBSTRUCTED
+    assert after(Vigil(LIES), watch, [stuck] * (enough - 1) + [late] + [stuck]).failure is None
+    assert after(Vigil(LIES), watch, [stuck] * enough).failure == ActionFailure.OBSTRUCTED
+
+
+def test_looks_that_find_fault_with_the_arm_do_not_count_against_the_grip():
+    stuck, lost = Measured(behind=0.2, **HOLDS), Measured(**{**HOLDS, "force": 0.0})
+    assert after(Vigil(LIES), Watch.GRIP, [stuck, lost, stuck, lost, stuck, lost]).failure is None
+    assert after(Vigil(LIES), Watch.GRIP, [stuck, lost, lost]).failure == ActionFailure.GRIP_LOST
 
 
 def noisy(X_WO, rng, place=0.005, turn=0.087):

@@ -2,9 +2,8 @@
 
 ``run`` fills the trial database (kill it at any moment; the same command goes on),
 ``status`` shows its coverage and what the trials tell of the physics, ``export`` turns it into the
-task data that `irl` learns from. ``validate``, ``rules``, ``sensitivity`` and ``releases`` tell how
-far to trust it (`experiments.transitions.checks`), ``drift`` what other releases of Drake make of
-the same trials (`experiments.transitions.drift`).
+task data that `irl` learns from. ``validate``, ``rules``, ``sensitivity``, ``releases`` and
+``drift`` tell how far to trust it (`experiments.transitions.trust`).
 """
 
 from collections.abc import Callable
@@ -24,7 +23,12 @@ from experiments.kit.executors import start_workers
 from experiments.kit.options import about
 from experiments.kit.shipped_data import SHIPPED_TRIALS, load_feasibility
 from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
-from experiments.transitions.checks import (
+from experiments.transitions.coverage import coverage_by_gripper, plot_coverage, print_coverage
+from experiments.transitions.export import save_tables, task_data
+from experiments.transitions.memory import print_two_turns, two_turns
+from experiments.transitions.options import Running, floating_campaign
+from experiments.transitions.physics import physics, print_physics
+from experiments.transitions.trust.checks import (
     Releases,
     Rules,
     Sensitivity,
@@ -34,12 +38,7 @@ from experiments.transitions.checks import (
     sensitivity,
     validate,
 )
-from experiments.transitions.coverage import coverage_by_gripper, plot_coverage, print_coverage
-from experiments.transitions.drift import Drift, drift
-from experiments.transitions.export import save_tables, task_data
-from experiments.transitions.memory import print_two_turns, two_turns
-from experiments.transitions.options import Running, floating_campaign
-from experiments.transitions.physics import physics, print_physics
+from experiments.transitions.trust.drift import Drift, drift
 from irl.choices import Limits
 from irl.errors import InputError
 from irl.files import atomic_path

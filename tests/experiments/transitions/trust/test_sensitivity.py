@@ -7,7 +7,7 @@ import pytest
 
 from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.kit.command import Output
-from experiments.transitions.sensitivity import (
+from experiments.transitions.trust.sensitivity import (
     ROTATIONS,
     compare,
     plot_sensitivity,

@@ -5,7 +5,7 @@ from diagrams.trials.counts import Evidence, TransitionEntries
 from diagrams.trials.record import Outcome, Pair, Trial, TrialRecord
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.transitions.export import to_entries
-from experiments.transitions.validation import draw_pairs, scores
+from experiments.transitions.trust.validation import draw_pairs, scores
 from irl.task_data import load_task
 from models.task.spaces import GRID_Z, POSITIONS, Action, Kind, State, decode_actions
 

@@ -29,15 +29,15 @@ from experiments.kit.shipped_data import (
 from experiments.transitions.campaign import PairTrials, planned_classes, run_campaign
 from experiments.transitions.export import to_entries
 from experiments.transitions.options import Running, floating_campaign
-from experiments.transitions.releases import plot_sweep, run_sweep
-from experiments.transitions.rules import (
+from experiments.transitions.trust.releases import plot_sweep, run_sweep
+from experiments.transitions.trust.rules import (
     draw_rule_pairs,
     find_rules,
     judge,
     plot_rules,
     print_rules,
 )
-from experiments.transitions.sensitivity import (
+from experiments.transitions.trust.sensitivity import (
     ASPECTS,
     compare,
     plot_sensitivity,
@@ -46,7 +46,7 @@ from experiments.transitions.sensitivity import (
     sample_classes,
     summarise,
 )
-from experiments.transitions.validation import (
+from experiments.transitions.trust.validation import (
     GROUPS,
     draw_pairs,
     plot_validation,

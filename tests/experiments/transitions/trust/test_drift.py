@@ -10,10 +10,10 @@ from diagrams.gripper_controller import GRIP_FORCE
 from diagrams.trials.database import TrialDatabase
 from diagrams.trials.record import Pair, TrialConfig, TrialRecord
 from experiments.kit.executors import start_workers
-from experiments.transitions import drift
-from experiments.transitions.drift import compare
-from experiments.transitions.elsewhere import start_elsewhere, trial_config
 from experiments.transitions.options import floating_campaign
+from experiments.transitions.trust import drift
+from experiments.transitions.trust.drift import compare
+from experiments.transitions.trust.elsewhere import start_elsewhere, trial_config
 from experiments.transitions.worker import work
 from irl.errors import InputError
 from models.errors import ModelError
@@ -111,9 +111,9 @@ def test_where_no_limit_can_be_set_the_file_says_the_same():
     """As under Drake 1.50, which lacks the call: the same trial, to the bit."""
     script = (
         "from pydrake.multibody.tree import JointActuator; del JointActuator.set_effort_limit;"
-        "from experiments.transitions import elsewhere; elsewhere._say_limits_in_file();"
+        "from experiments.transitions.trust import elsewhere; elsewhere._say_limits_in_file();"
         "from experiments.transitions.worker import work;"
-        "from tests.experiments.transitions.test_drift import *;"
+        "from tests.experiments.transitions.trust.test_drift import *;"
         "print(replace(work(floating_campaign(TrialConfig(), 3), tried(0), 0), cpu_s=0.0))"
     )
     there = subprocess.run(

@@ -8,7 +8,7 @@ import pytest
 from diagrams.trials.record import Outcome, Pair, Trial, TrialRecord
 from experiments.kit.command import Output
 from experiments.kit.shipped_data import load_feasibility
-from experiments.transitions.rules import (
+from experiments.transitions.trust.rules import (
     EXACT,
     THESIS,
     draw_rule_pairs,

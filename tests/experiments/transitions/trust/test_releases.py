@@ -7,7 +7,7 @@ from diagrams.trials.record import Outcome, Pair, TrialConfig, TrialRecord
 from experiments.kit.command import Output
 from experiments.kit.executors import Workers, start_workers
 from experiments.kit.kept_rows import KeptRows
-from experiments.transitions.releases import ENDS, HAND, plot_sweep, run_sweep, summary
+from experiments.transitions.trust.releases import ENDS, HAND, plot_sweep, run_sweep, summary
 from irl.errors import InputError
 from models.task.spaces import GRID_Z, R_WG, Action, Kind, State
 

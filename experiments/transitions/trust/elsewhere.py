@@ -1,7 +1,7 @@
 """Trials in another Python, such as one with another release of Drake: asked and answered in JSON.
 
-``python -m experiments.transitions.elsewhere`` says its versions in a first line, then answers
-each line, a trial to run, by one with its record. It needs no torch.
+``python -m experiments.transitions.trust.elsewhere`` says its versions in a first line, then
+answers each line, a trial to run, by one with its record. It needs no torch.
 
 Until 1.50 Drake takes the limit of an actuator's effort from the model file alone. There the file,
 as it is read, says what the scene asks for in a call, so that the scene is the same.
@@ -35,7 +35,7 @@ from irl.errors import InputError
 from models.errors import ModelError
 from models.scenes.parsing import DESCRIPTION, strict_parser
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 class OtherPython:

@@ -19,8 +19,8 @@ from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS, Workers, start_workers
 from experiments.kit.shipped_data import load_feasibility
 from experiments.transitions.campaign import ClassTrials, planned_classes, run_campaign
-from experiments.transitions.elsewhere import start_elsewhere
 from experiments.transitions.options import floating_campaign
+from experiments.transitions.trust.elsewhere import start_elsewhere
 from irl.choices import Limits, Settings
 from irl.errors import InputError
 from models.task.spaces import Kind

@@ -17,7 +17,7 @@ from diagrams.trials.counts import (
     transition_entries,
 )
 from diagrams.trials.record import Pair, Trial
-from experiments.transitions.validation import scores
+from experiments.transitions.trust.validation import scores
 from irl.metrics import wilson_interval
 from models.task.kernel_rules import EXACT_RULES, THESIS_RULES, exact_rule
 from models.task.pairs import split_key

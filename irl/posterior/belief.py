@@ -53,7 +53,7 @@ class Belief:
         self.level = np.zeros((0, len(self.names)), dtype=np.int64)
         self.f = np.zeros((n_states, 0), dtype=np.float32)
         self.log_likelihood = np.zeros((0, BETAS.size, EPSILONS.size))
-        self.evidence = Evidence.of(plans.model, Demonstrations.empty())
+        self.evidence = self._prepared(Demonstrations.empty())
         self._stands_for = np.ones(0)
         self._known: set[bytes] = set()
         self._goal_keys: dict[bytes, int] = {}
@@ -107,9 +107,13 @@ class Belief:
             said.append(self.evidence.log_likelihood(q.astype(np.float64), member))
         return np.concatenate(said) if said else self.log_likelihood[:0]
 
+    def _prepared(self, demonstrations: Demonstrations) -> Evidence:
+        # The last cost is that of every step.
+        return Evidence.of(self.plans.model, demonstrations, self.plans.costs[:, :-1])
+
     def observe(self, demonstrations: Demonstrations) -> None:
         """Weigh all hypotheses by these demonstrations, in place of the former."""
-        self.evidence = Evidence.of(self.plans.model, demonstrations)
+        self.evidence = self._prepared(demonstrations)
         self.log_likelihood = self._weigh(self.goal, self.level, self.f)
 
     def explore(self, rounds: int, rng: np.random.Generator) -> None:

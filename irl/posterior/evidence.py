@@ -6,11 +6,17 @@ state's n actions:
     p = (1 − ε) exp(β A(s, a)) / Σ_b exp(β A(s, b)) + ε / n.
 
 How careful a demonstrator is, is not known, so every β and ε of a grid is tried.
+
+Among equally good actions a person may have a habit, such as turning the wrist least. A small cost
+would explain it too, and move other choices besides. So habits are tried as well: none, and one for
+each cost, by which all that falls to equally good actions falls to those that have least of it, and
+among these, of all other costs together.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import logsumexp
 
 from irl.demonstrations import Demonstrations
 from irl.groups import Groups
@@ -20,6 +26,10 @@ BETAS = np.array([3.0, 10.0, 30.0, 100.0, 300.0, 1000.0])
 """Inverse temperatures, where a goal is worth 1."""
 EPSILONS = np.array([0.003, 0.03, 0.1, 0.2, 0.35, 0.5])
 """Shares of labels that say nothing."""
+ALIKE = 0.005
+"""Actions whose values differ by less are equally good; half an action's cost."""
+HABIT = 0.5
+"""Prior probability that there is a habit, shared evenly among all."""
 _MISTAKEN = 0.01  # probability of going on at a goal, and of ending where there is none
 
 
@@ -34,6 +44,7 @@ class Evidence:
         label: place in ``pairs`` of every distinct label ``[n]``, and ``count``, how often given.
         goes_on: bool ``[n]``, whether the labelled action may leave the state.
         ends: states where runs ended, int64 ``[k]``, as often as they did.
+        rank: by every habit, from the action that is preferred, int32 ``[habits, pairs]``.
     """
 
     states: np.ndarray
@@ -43,10 +54,13 @@ class Evidence:
     count: np.ndarray
     goes_on: np.ndarray
     ends: np.ndarray
+    rank: np.ndarray
 
     @classmethod
-    def of(cls, model: TransitionModel, shown: Demonstrations) -> "Evidence":
-        """Prepare."""
+    def of(
+        cls, model: TransitionModel, shown: Demonstrations, costs: np.ndarray | None = None
+    ) -> "Evidence":
+        """Prepare; habits may be about ``costs [n_pairs, n_costs]``, about nothing if None."""
         # What was shown outranks whatever was generalised to its state (`irl.labels`).
         said = shown.counted
         labelled, states = model.pair_index(said.state, said.action), np.unique(said.state)
@@ -63,6 +77,7 @@ class Evidence:
             count=said.count,
             goes_on=np.array(staying, dtype=np.float64) < 1,
             ends=shown.ends[:, 2],
+            rank=_ranks(np.zeros((pairs.size, 0)) if costs is None else costs[pairs]),
         )
 
     def log_likelihood(self, q: np.ndarray, goals: np.ndarray) -> np.ndarray:
@@ -86,12 +101,47 @@ class Evidence:
         if self.ends.size:  # else runs may go on at a goal: nobody says that one ended
             left = goals[self.states[group]] & self.goes_on[:, None]
             total += (self.count[:, None] * left).sum(axis=0)[:, None, None] * np.log(_MISTAKEN)
-        advantage = q - np.maximum.reduceat(q, self.groups.first)[self.groups.segment]
-        even = 1 / self.groups.widths[group]
+        first = self.groups.first
+        advantage = q - np.maximum.reduceat(q, first)[self.groups.segment]
+        alike = advantage >= -ALIKE
+        preferred = [self._preferred(alike, rank) for rank in self.rank]
+        even = (1 / self.groups.widths[group])[:, None]
+        log_prior = _log_prior(len(preferred))
         for b, beta in enumerate(BETAS):
             likely = np.exp(beta * advantage)
-            share = likely[self.label] / np.add.reduceat(likely, self.groups.first)[group]
+            every = np.add.reduceat(likely, first)[group]
+            share = likely[self.label] / every
+            tied = np.add.reduceat(likely * alike, first)[group] / every
+            shares = [share, *(np.where(alike[self.label], tied * p, share) for p in preferred)]
             for e, epsilon in enumerate(EPSILONS):
-                p = (1 - epsilon) * share + epsilon * even[:, None]
-                total[:, b, e] += self.count @ np.log(p)
+                said = [self.count @ np.log((1 - epsilon) * p + epsilon * even) for p in shares]
+                total[:, b, e] += logsumexp(np.array(said) + log_prior[:, None], axis=0)
         return total
+
+    def _preferred(self, alike: np.ndarray, rank: np.ndarray) -> np.ndarray:
+        """What share of equally good actions' probability a habit gives to labels ``[labels, n]``.
+
+        Args:
+            alike: which actions are equally good ``[pairs, n]``.
+            rank: by the habit ``[pairs]``.
+        """
+        ranked = np.where(alike, rank[:, None], np.iinfo(rank.dtype).max)
+        least = np.minimum.reduceat(ranked, self.groups.first)[self.groups.segment]
+        chosen = ranked == least
+        number = np.add.reduceat(chosen, self.groups.first, dtype=np.int32)
+        return chosen[self.label] / number[self.groups.segment[self.label]]
+
+
+def _ranks(costs: np.ndarray) -> np.ndarray:
+    """By each cost, and then by all others together, int32 ``[n_costs, pairs]``."""
+    others = costs.sum(axis=1, keepdims=True) - costs
+    ranks = [
+        np.unique(np.round(np.column_stack(both), 9), axis=0, return_inverse=True)[1].reshape(-1)
+        for both in zip(costs.T, others.T, strict=True)
+    ]
+    return np.array(ranks, dtype=np.int32).reshape(len(ranks), len(costs))
+
+
+def _log_prior(habits: int) -> np.ndarray:
+    """Logarithm of the prior probability of no habit, and of each ``[habits + 1]``."""
+    return np.log([1 - HABIT] + habits * [HABIT / habits]) if habits else np.zeros(1)

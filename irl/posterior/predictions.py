@@ -13,11 +13,10 @@ from irl.groups import Groups
 from irl.mdp import TransitionModel
 from irl.planning import transition_matrix
 from irl.posterior.belief import Belief
+from irl.posterior.evidence import ALIKE
 
 HORIZON = 20
 """Actions within which a run is to end."""
-ALIKE = 0.005
-"""Actions whose values differ by less are equally good; half an action's cost."""
 _CHUNK = 8
 
 

@@ -13,22 +13,31 @@ from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.method_inputs import walk_ends, walks
 from irl.policy import Policy
-from irl.posterior.arriving import arriving
+from irl.posterior.arriving import SHORT, arriving
 from irl.posterior.audit import LATER, Audit
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import EPSILONS
 from irl.posterior.goals import propose
 from irl.posterior.plans import HardPlans
-from irl.posterior.predictions import Predicted, action_values, ends_agree, predict
+from irl.posterior.predictions import (
+    Predicted,
+    action_values,
+    ends_agree,
+    predict,
+    predicted_success,
+)
 from irl.posterior.questions import most_telling
 from irl.problem import LearningProblem
 
 SURPRISE = "surprise"
 """The cost that every transition model lends: 1 − max P, how uncertain an outcome is."""
+SURE = 0.99
+"""Predicted success from which values need not be made surer."""
 AGREE = 0.05
 """Least probability of ending where a demonstration did, below which the goal is not found."""
 SAME = 0.0025
 """Actions whose mean values differ by less are proposed in an audit alike; a quarter of a step."""
+_AS_LIKELY = 0.01  # by how much less likely than any a goal may be that is gone to surely
 _MOST_ENDS, _MOST_REWARDED = 8, 6  # states that goals are proposed around
 _JUDGED = 2000  # states that predicted accuracy is taken over, at most
 _PAYS = 0.1  # share of the largest reward below which a state is not proposed
@@ -95,7 +104,7 @@ class GoalLearner:
         if not len(shown) and not len(shown.ends):
             raise InputError("at least one pair, or one run's end, wanted", place="demonstrations")
         shown.check(self.problem.model, "demonstrations")
-        for name in ("q", "action", "predicted", "ends_agree"):
+        for name in ("_acting", "action", "predicted", "ends_agree"):
             self.__dict__.pop(name, None)
         known, self.shown = set(self.shown.ends[:, 2].tolist()), shown
         self.belief.observe(shown)
@@ -120,16 +129,56 @@ class GoalLearner:
         goals = propose(ends[:_MOST_ENDS], rewarded, self.problem.factors, model.n_states)
         self.belief.propose(goals)
 
-    @cached_property
+    @property
     def q(self) -> np.ndarray:
-        """Mean action values, float64 ``[n_states, n_actions]``; −∞ where infeasible.
+        """Action values, float64 ``[n_states, n_actions]``; −∞ where infeasible.
 
-        In states from which acting by these would not arrive, what actions cost counts for less, by
-        as little as does (`irl.posterior.arriving`).
+        Means of the posterior. In states from which acting by these would not arrive, what actions
+        cost counts for less, by as little as does (`irl.posterior.arriving`). As long as they are
+        not `SURE` to reach the goal, and a plan to the surest goals is likelier to, that plan's: a
+        run's end is in every region that it may stand for.
         """
-        goals, starts = np.flatnonzero(self.arrived), self.problem.start_states
+        return self._acting[0]
+
+    @property
+    def arrived(self) -> np.ndarray:
+        """The states that it takes for a goal, where it stops; bool ``[n_states]``.
+
+        Those that are likelier than not one, or if it is not sure, as likely as any.
+        """
+        return self._acting[1]
+
+    @cached_property
+    def _acting(self) -> tuple[np.ndarray, np.ndarray]:
+        """Action values, and where they stop."""
+        model, starts, goal = self.problem.model, self.problem.start_states, self._goal_odds
+
+        def success(q: np.ndarray) -> float:
+            return predicted_success(self.belief, Policy.from_q(q, model.mask).action, starts)
+
+        likely = goal > 1 / 2
         values = partial(action_values, self.belief)
-        return arriving(values, self.problem.model, goals, starts)
+        q = arriving(values, model, np.flatnonzero(likely), starts)
+        expected = success(q)
+        if expected >= SURE:
+            return q, likely
+        core = goal >= goal.max() - _AS_LIKELY
+        surest = arriving(partial(self._to, core), model, np.flatnonzero(core), starts)
+        return (surest, core) if success(surest) > expected + SHORT else (q, likely)
+
+    def _to(self, goal: np.ndarray, leaning: float) -> np.ndarray:
+        """Action values of a plan to ``goal``, bool ``[n_states]``, with mean sizes of costs."""
+        belief = self.belief
+        chosen, weight = belief.likely()
+        sizes = (belief.sizes(belief.level[chosen]) @ weight)[:, None] / (1.0 + leaning)
+        f = belief.plans.vr_values(goal[:, None], sizes)
+        return self.problem.model.table(belief.plans.q(f, sizes)[:, 0].astype(np.float64))
+
+    @property
+    def _goal_odds(self) -> np.ndarray:
+        """Probability that each state is a goal, ``[n_states]``."""
+        chosen, weight = self.belief.likely()
+        return self.belief.members(self.belief.goal[chosen]) @ weight
 
     @property
     def reward(self) -> np.ndarray:
@@ -137,15 +186,7 @@ class GoalLearner:
 
         float64 ``[n_states]``. Costs are of pairs, and not in it.
         """
-        plans = self.belief.plans
-        chosen, weight = self.belief.likely()
-        return self.belief.members(self.belief.goal[chosen]) @ weight + plans.value
-
-    @property
-    def arrived(self) -> np.ndarray:
-        """The states that are likelier than not a goal, bool ``[n_states]``."""
-        chosen, weight = self.belief.likely()
-        return self.belief.members(self.belief.goal[chosen]) @ weight > 1 / 2
+        return self._goal_odds + self.belief.plans.value
 
     @cached_property
     def action(self) -> np.ndarray:

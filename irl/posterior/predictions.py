@@ -100,19 +100,24 @@ def predict(
         starts: indices of the states that runs start in.
         judged: indices of the states that accuracy is taken over.
     """
-    model = belief.plans.model
     chosen, weight = belief.likely()
     member = belief.members(belief.goal[chosen])
-    P = transition_matrix(model, action)
-    reached = member.astype(np.float64)
-    for _ in range(HORIZON):
-        reached = np.where(member, 1.0, P @ reached)
-    success = float(reached[starts].mean(axis=0) @ weight)
     good = votes(belief, judged, action[judged])
     # A goal's own state has nothing to be right about.
     outside = ~member[judged] @ weight
     accuracy = float((good * outside).sum() / max(outside.sum(), 1e-12))
-    return Predicted(success, accuracy)
+    return Predicted(predicted_success(belief, action, starts), accuracy)
+
+
+def predicted_success(belief: Belief, action: np.ndarray, starts: np.ndarray) -> float:
+    """Probability of reaching the goal, by the posterior; arguments as of `predict`."""
+    chosen, weight = belief.likely()
+    member = belief.members(belief.goal[chosen])
+    P = transition_matrix(belief.plans.model, action)
+    reached = member.astype(np.float64)
+    for _ in range(HORIZON):
+        reached = np.where(member, 1.0, P @ reached)
+    return float(reached[starts].mean(axis=0) @ weight)
 
 
 def ends_agree(belief: Belief, model: TransitionModel, runs: Sequence[tuple[int, int]]) -> float:

@@ -12,9 +12,11 @@ from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
 from irl.methods import learn
 from irl.metrics import accuracy_on_unseen, success_mdp
+from irl.posterior.arriving import SHORT
 from irl.posterior.belief import SIZES
 from irl.posterior.goals import propose, regions
-from irl.posterior.learner import AGREE, GoalConfig, GoalLearner
+from irl.posterior.learner import AGREE, SURE, GoalConfig, GoalLearner
+from irl.posterior.predictions import action_values
 from irl.posterior.questions import information_gain
 from irl.problem import LearningProblem
 
@@ -156,3 +158,31 @@ def test_every_size_in_the_range_is_within_a_fifth_of_one_that_is_tried():
     true = np.geomspace(0.01, 0.64, 500)
     nearest = np.abs(np.log(true[:, None] / SIZES[1:])).min(axis=1)
     assert nearest.max() < np.log(1.2)
+
+
+@pytest.mark.parametrize("goal", [14, 35, 56, 70])
+def test_as_long_as_the_goal_is_not_sure_it_goes_where_every_goal_is(goal, monkeypatch):
+    """One action is not enough to tell a place from its colour, which others have too."""
+    colour = np.random.default_rng(0).integers(0, 6, N * N)
+    problem, oracle = room(np.arange(N * N) == goal, 0.0)
+    problem = replace(problem, factors={"colour": colour})
+    shown = demonstrate_to_the_end(oracle, [goal - 1], np.random.default_rng(0))
+    learner = GoalLearner(problem, rng=np.random.default_rng(0), config=GoalConfig(rounds=1))
+    learner.learn(shown)
+    assert learner.predicted.success > 1.0 - SHORT
+    assert np.flatnonzero(learner.arrived).tolist() == [goal]
+    assert judged(problem, oracle, learner.q, shown)[1] == 1.0
+    of_colour = replace(oracle, goal_states=np.flatnonzero(colour == colour[goal]))
+    assert judged(problem, of_colour, learner.q, shown)[1] == 1.0
+
+    monkeypatch.setattr("irl.posterior.learner.SURE", 0.0)  # mean values as they are
+    learner.learn(shown, rounds=0)
+    assert learner.predicted.success < 0.9
+    assert judged(problem, oracle, learner.q, shown)[1] < 0.9
+
+
+def test_one_whose_goal_is_sure_acts_by_its_mean_values():
+    problem, oracle = room(ROW * N + COLUMN == 60, 0.2)
+    learner = asked(problem, oracle, start=0, questions=8)
+    assert learner.predicted.success >= SURE
+    np.testing.assert_array_equal(learner.q, action_values(learner.belief))

@@ -39,7 +39,7 @@ from models.task.spaces import (
 )
 from models.task.tracking import InHand
 
-ACTIONS = Path(__file__).parents[1] / "data" / "demo_actions.npz"
+ACTIONS = Path(__file__).parents[2] / "data" / "demo_actions.npz"
 GOAL = np.array([GOAL_STATE])
 DROP = Action(Kind.DROP).index
 
@@ -147,6 +147,13 @@ def test_the_forecast_takes_the_first_action_by_value_after_which_the_policy_arr
         assert forecast.choose(sight, [step(start, 12, failure)] * 2).action != 12
     pushed = [step(start, 12, ActionFailure.DISPLACED)] * 3
     assert forecast.choose(sight, pushed) == Choice(12, By.FORECAST)
+    # Nor for what was in its way, once a free way led here.
+    stopped = [step(start, 12, ActionFailure.OBSTRUCTED)] * 2
+    came = replace(step(held, DROP), next_state=start)
+    assert forecast.choose(sight, [*stopped, came]) == Choice(12, By.FORECAST)
+    for no_news in (replace(came, failure=ActionFailure.OBSTRUCTED), replace(came, state=start)):
+        assert forecast.choose(sight, [*stopped, no_news]).action != 12
+    assert forecast.choose(sight, [came, *stopped]).action != 12
 
 
 @pytest.mark.parametrize(

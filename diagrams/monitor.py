@@ -18,6 +18,7 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import LogVectorOutput
 
 from diagrams.arm_controller import ACCELERATION_LIMIT, JOINTS
+from diagrams.state_identifier import LEAST_FORCE
 from diagrams.station import Station
 from models.scenes.parsing import ARM, CUBE
 
@@ -65,12 +66,14 @@ class ContactMonitor(LeafSystem):
 
     ::
 
-                        ┌────────────────┐
-       query_object ────┤ ContactMonitor │
-                        └────────────────┘
+                                 ┌────────────────┐
+                 query_object ───┤ ContactMonitor │
+       gripper.force_measured ───┤                │
+                                 └────────────────┘
 
-    A cube that both fingers touch counts as another body, the *held cube*. Soft bodies that press
-    on each other, as pads on the cube, are in one another as well.
+    A cube between fingers that both touch it and press counts as another body, the *held cube*. One
+    that is let go touches them a little longer, and lands. Soft bodies that press on each other, as
+    pads on the cube, are in one another as well.
     """
 
     def __init__(self, plant: MultibodyPlant) -> None:
@@ -81,6 +84,7 @@ class ContactMonitor(LeafSystem):
         self._query = self.DeclareAbstractInputPort(
             "query_object", AbstractValue.Make(QueryObject())
         )
+        self._force = self.DeclareVectorInputPort("gripper.force_measured", 1)
         self._memory = self.DeclareAbstractState(Value(_Depths({})))
         self.DeclarePeriodicUnrestrictedUpdateEvent(PERIOD, 0.0, self._update)
 
@@ -92,7 +96,7 @@ class ContactMonitor(LeafSystem):
         known = context.get_abstract_state(self._memory).get_value().by_pair
         deeper = {
             pair: depth
-            for pair, depth in self._look(self._query.Eval(context)).items()
+            for pair, depth in self._look(context).items()
             if depth > known.get(pair, 0.0)
         }
         if not deeper:
@@ -101,7 +105,8 @@ class ContactMonitor(LeafSystem):
         state.get_mutable_abstract_state(self._memory).set_value(after)
         return EventStatus.Succeeded()
 
-    def _look(self, query: QueryObject) -> dict[str, float]:
+    def _look(self, context: Context) -> dict[str, float]:
+        query = self._query.Eval(context)
         inspector = query.inspector()
 
         def name(frame: FrameId) -> str:
@@ -113,7 +118,8 @@ class ContactMonitor(LeafSystem):
         for pair in query.ComputePointPairPenetration():
             bodies = tuple(sorted(name(inspector.GetFrameId(i)) for i in (pair.id_A, pair.id_B)))
             found[bodies] = max(pair.depth, found.get(bodies, 0.0))
-        held = {body for pair in found if CUBE in pair for body in pair} >= _FINGERS
+        touched = {body for pair in found if CUBE in pair for body in pair} >= _FINGERS
+        held = touched and self._force.Eval(context)[0] >= LEAST_FORCE
         cube = "held cube" if held else CUBE
         return {
             " and ".join(cube if body == CUBE else body for body in bodies): depth
@@ -138,7 +144,8 @@ class Monitor:
             for name, port in {**ports, "command": command}.items()
         }
         self._contacts = builder.AddNamedSystem("contact_monitor", ContactMonitor(plant))
-        builder.Connect(station.GetOutputPort("query_object"), self._contacts.get_input_port())
+        for name in ("query_object", "gripper.force_measured"):
+            builder.Connect(station.GetOutputPort(name), self._contacts.GetInputPort(name))
 
     def read(self, root: Context, forces: Sequence[tuple[float, float]] = ()) -> Loads:
         """What came about in a simulation of ``root``'s diagram so far.

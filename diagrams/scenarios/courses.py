@@ -4,13 +4,13 @@ A push leads it over the table, a slip along the pads of the hand that holds it,
 hand, beside it and down onto the table. Frames: world W, cube O, gripper G (`models.task.spaces`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from diagrams.scenarios.draws import REACH, Kind, Lead, within_reach
 from models.rotations import rotation_vector_to_matrix, rotation_z
-from models.task.spaces import REST_HEIGHT, Array
+from models.task.spaces import CUBE_EDGE, REST_HEIGHT, TABLE_TOP, Array
 
 PUTTING = 0.25
 """Speed at which a yanked cube is put down [m/s]."""
@@ -56,6 +56,14 @@ class Moving:
         p = frame.R @ self.p
         v = frame.v + np.cross(frame.w, p) + frame.R @ self.v
         return Moving(frame.R @ self.R, frame.p + p, frame.w + frame.R @ self.w, v)
+
+    def above_table(self, R: Array) -> "Moving":
+        """The same, raised where a cube of orientation ``R`` would be in the table there."""
+        least = TABLE_TOP + CUBE_EDGE / 2.0 * float(np.abs(R[2]).sum())
+        if self.p[2] >= least:
+            return self
+        v = [*self.v[:2], max(self.v[2], 0.0)]
+        return replace(self, p=np.array([*self.p[:2], least]), v=np.array(v))
 
 
 @dataclass(frozen=True)

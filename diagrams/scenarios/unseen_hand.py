@@ -199,7 +199,9 @@ class UnseenHand(LeafSystem):
             force, torque = self._pull(cube, course.target(elapsed))
             force[2] = 0.0  # the table carries it
         elif memory.pulled is None:
-            force, torque = self._pull(cube, course.target(elapsed).within(hand))
+            # Nobody presses into the table what he moves over it.
+            target = course.target(elapsed).within(hand).above_table(cube.R)
+            force, torque = self._pull(cube, target)
         else:
             force, _ = self._pull(cube, self._put_down(memory, context.get_time())[0])
             torque = -self._inertia * TURNING * cube.w

@@ -82,3 +82,20 @@ def test_it_is_led_level_and_then_down_at_one_speed_and_comes_to_rest_there():
     assert arrived
     assert last.p == pytest.approx([*place, REST_HEIGHT])
     assert not last.v.any()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_corner_of_a_cube_is_led_below_the_table(seed):
+    rng = np.random.default_rng(seed)
+    R = rotation_vector_to_matrix(rng.normal(size=3))
+    corners = np.stack(np.meshgrid(*[(-0.02, 0.02)] * 3), axis=-1).reshape(-1, 3) @ R.T
+    lowest = corners[:, 2].min()
+    x, y, z = 0.5, 0.1, 0.5 - lowest  # it stands on a corner
+    for height, down in ((-0.01, -0.2), (-0.01, 0.2), (0.01, -0.2)):
+        v = np.array([0.1, 0.0, down])
+        led = Moving(np.eye(3), np.array([x, y, z + height]), np.ones(3), v)
+        raised = led.above_table(R)
+        assert raised.p == pytest.approx([x, y, z + max(height, 0.0)])
+        assert raised.v == pytest.approx(v if height > 0.0 else [0.1, 0.0, max(down, 0.0)])
+        assert raised.R is led.R
+        assert raised.w is led.w

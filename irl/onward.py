@@ -3,9 +3,10 @@
 W has no entry below 0 and rows that sum to 1 at most. Sweeps of x ← b + γ W x need 1/(1 − γ) steps
 for each digit. Where a chain of states mixes fast, a Krylov method
 needs few steps whatever γ is. Where it mixes slowly, few states lie between its parts, as in grids
-and chains, and then factors of I − M are sparse. So the one is tried first and the other after it,
-and their answer is refined by residuals of twice the care (Wilkinson): near γ = 1 a value of 1e6
-with an error of 1e-10 of it would hide what an action costs.
+and chains, and then factors of I − M are sparse. So the one is tried first and the other after it;
+but where γ is small enough sweeps come before factors, which may fill up: those of a soft policy of
+16,000 states take minutes. Their answer is refined by residuals of twice the care (Wilkinson): near
+γ = 1 a value of 1e6 with an error of 1e-10 of it would hide what an action costs.
 """
 
 from functools import cached_property
@@ -19,13 +20,14 @@ LARGEST = 100_000
 _KRYLOV_STEPS = 60
 _KRYLOV = 1e-8  # relative residual of a Krylov solution, before it is refined
 _REFINEMENTS = 8
+_FEW = 5000  # sweeps that come before factors
 
 
 class Onward:
     """Solves x = b + γ W x.
 
     Attributes:
-        W: square, in CSR form; no entry is below 0, no row's sum above 1.
+        W: square, in CSR form; no entry is below 0, no row's sum above 1, or else no column's.
         gamma: γ, below 1.
         krylov: whether the Krylov method is tried; False once it did not do.
         work: multiplications spent so far, about.
@@ -84,9 +86,25 @@ class Onward:
             if not failed and np.isfinite(x).all():
                 return x * size
             self.krylov = False
+        if self._sweeps <= _FEW:
+            return self._swept(b)
         if b.size > LARGEST:
             return None
         return self._factors.solve(b)
+
+    @property
+    def _sweeps(self) -> int:
+        """How many leave no more than the Krylov method may: of x, at most γⁿ / (1 − γ) |b|."""
+        if self.gamma == 0:
+            return 0
+        return int(np.ceil(np.log(_KRYLOV * (1 - self.gamma)) / np.log(self.gamma)))
+
+    def _swept(self, b: np.ndarray) -> np.ndarray:
+        x = b
+        for _ in range(self._sweeps):
+            x = b + self.gamma * (self.W @ x)
+        self.work += self._sweeps * self.W.nnz
+        return x
 
     @cached_property
     def _system(self) -> sparse.csr_matrix:

@@ -235,8 +235,16 @@ class Planner:
 
     def _carried(self, q: np.ndarray, v: np.ndarray, g: np.ndarray) -> np.ndarray:
         """The μ of μ = g + γ (W P)ᵀ μ, ``[n_states]``, at values of the pairs and states."""
+        size = np.abs(g).max(initial=0.0)
+        if size == 0.0:
+            return np.zeros(g.size)
+        # Of size 1: SciPy takes products of small residuals for a breakdown.
+        return size * self._carried_on(q, v, g / size)
+
+    def _carried_on(self, q: np.ndarray, v: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """`_carried`, of a g whose largest entry is 1; begun where the last such one ended."""
         back = self._onward(q, v, self.gamma).T.tocsr()
-        enough = self.tolerance * max(np.abs(g).sum(), np.finfo(float).tiny)
+        enough = self.tolerance * np.abs(g).sum()
         mu, failed = bicgstab(
             self._identity - back, g, x0=self._warm, rtol=self.tolerance, maxiter=_KRYLOV_STEPS
         )

@@ -53,3 +53,18 @@ def test_tiny_rewards_are_worth_as_much_in_their_unit():
     b = np.random.default_rng(1).normal(size=24)
     scaled = Onward(ring(24), GAMMA).solve(b * 2.0**-900) * 2.0**900
     np.testing.assert_allclose(scaled, Onward(ring(24), GAMMA).solve(b), rtol=1e-13)
+
+
+@pytest.mark.parametrize("across", [False, True])
+@pytest.mark.parametrize("gamma", [0.0, 0.5, 0.95, 0.995])
+def test_where_sweeps_are_few_nothing_is_factorised(gamma, across, monkeypatch):
+    """Factors of a system whose states all lead to many others fill up."""
+    monkeypatch.setattr(onward, "splu", None)
+    rng = np.random.default_rng(2)
+    W = sparse.random(200, 200, 0.1, random_state=rng, format="csr")
+    W = sparse.diags(1 / np.maximum(np.asarray(W.sum(axis=1)).ravel(), 1e-9)) @ W
+    W = (W.T if across else W).tocsr()
+    b = rng.normal(size=200)
+    x = Onward(W, gamma, krylov=False).solve(b)
+    exact = np.linalg.solve(np.eye(200) - gamma * W.toarray(), b)
+    np.testing.assert_allclose(x, exact, atol=1e-12 * np.abs(exact).max())

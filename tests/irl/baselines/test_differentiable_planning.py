@@ -112,6 +112,21 @@ def test_pull_agrees_with_finite_differences(random_model, gamma, maximum):
     np.testing.assert_allclose(planner.pull(g), numeric, atol=2e-4)
 
 
+@pytest.mark.parametrize("size", [1e-300, 1e-47, 1e-12, 1.0, 1e200])
+def test_a_gradient_of_any_size_is_pulled_alike(random_model, size, monkeypatch):
+    """Where labels are all but certain it is tiny, and the last one was larger by far."""
+    monkeypatch.setattr("irl.onward.splu", None)
+    rng = np.random.default_rng(3)
+    model = random_model(rng, n_states=12, n_actions=3)
+    g = rng.normal(size=12)
+    planner = Planner(model, 0.95, SoftMax(0.3))
+    planner.solve(rng.random(12))
+    expected = planner.pull(g)
+    planner.pull(rng.normal(size=12))
+    np.testing.assert_allclose(planner.pull(size * g) / size, expected, rtol=1e-6)
+    assert not planner.pull(np.zeros(12)).any()
+
+
 def test_pull_is_bellman_gradient_iteration_transposed(random_model):
     rng = np.random.default_rng(2)
     model = random_model(rng, n_states=12, n_actions=3)

@@ -2,7 +2,6 @@
 
 import asyncio
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,12 +10,10 @@ pytest.importorskip("nicegui")
 
 from diagrams.state_view import Posture, Preview
 from experiments.kit.shipped_data import SHIPPED_TASK
-from experiments.teach.desk import Desk, DeskConfig
-from experiments.teach.page.board import Board, RobotReasons, grid_reasons
-from experiments.teach.page.motions import GridMotions, RobotMotions
-from experiments.teach.page.playing import DOUBTS, PAUSED, PAUSING, PLAYING, Playing
+from experiments.teach.desk import Desk
+from experiments.teach.page.board import Board, RobotReasons
+from experiments.teach.page.motions import RobotMotions
 from experiments.teach.page.room import Room
-from experiments.teach.rounds import LocalLearner
 from experiments.teach.students import student_config
 from experiments.teach.worlds import grid_world, robot_world
 from irl.lesson import Lesson
@@ -31,46 +28,13 @@ from irl.lesson_events import (
     hash_of_states,
 )
 from irl.lesson_replay import began, replay
-from irl.student import Student
 from models.scenes.planning_scene import HOME
-
-SIDE, GOAL = 5, 12
+from tests.experiments.teach.page.rooms import GOAL, SIDE, begin, enter, events, right, say
 
 
 @pytest.fixture(scope="module")
 def world():
     return grid_world(SIDE)
-
-
-def begin(world, path, learner="goal_posterior", *, synchronous=False):
-    config = student_config(learner, 0, grid=True)
-    lesson = Lesson.begin(path, began(world.subject, config))
-    student = Student(world.subject, config, lesson.initial)
-    return Desk(world, lesson, LocalLearner(student), DeskConfig(synchronous))
-
-
-def enter(desk):
-    motions = GridMotions(desk.world, lambda: None)
-    return Room(desk, Board(desk.world, grid_reasons), motions)
-
-
-def right(world, question):
-    """What the oracle would do, the favourite if that is as good."""
-    if question.state == GOAL:
-        return -1
-    good = np.flatnonzero(world.oracle.optimal_actions[question.state]).tolist()
-    return question.proposed if question.proposed in good else good[0]
-
-
-def events(desk, kind):
-    return [event for event in desk.lesson.events if isinstance(event, kind)]
-
-
-async def say(room, token, **message):
-    reply = room.hear({"id": f"m{token}", **message})
-    for _ in range(2):  # until it begins, and until it is over
-        await room.motions.wait()
-    return reply
 
 
 def test_a_synchronous_page_learns_what_the_desk_learns_and_the_replay(world, tmp_path):
@@ -402,78 +366,6 @@ def test_answers_that_disagree_with_the_rest_are_listed_and_changed_from_there(w
         assert not told["old"]
 
     asyncio.run(lead())
-
-
-class FakeLink:
-    """In place of a process that simulates."""
-
-    pid, starts = 1, 1
-
-    def __init__(self):
-        self.told = []
-
-    def tell(self, message):
-        self.told.append(message)
-
-    def restart(self):
-        self.told.append("restart")
-
-
-def playing_on(world, path):
-    desk = begin(world, path)
-    while desk.policy is None:
-        desk.answer(desk.question.token, right(world, desk.question))
-    playing = Playing(desk, SimpleNamespace(frame=lambda posture: None, caption=""), lambda: None)
-    playing._link = FakeLink()
-    playing.phase = PLAYING
-    return desk, playing
-
-
-def test_a_playing_policy_is_paused_corrected_and_handed_back(world, tmp_path):
-    desk, playing = playing_on(world, tmp_path / "lesson.db")
-    told = playing._link.told
-    desk.learnt.sure[:] = 1.0
-    playing._hear(("decides", 7))
-    assert told == [-1]  # by itself
-    playing.toggle()
-    assert playing.phase == PAUSING
-    playing._hear(("decides", 8))
-    assert playing.phase == PAUSED
-    assert (playing.question.state, told) == (8, [-1])  # it waits
-    before = len(events(desk, Answered))
-    playing.correct("another token", 0)
-    assert told == [-1]
-    token = playing.question.token
-    playing.correct(token, 1)
-    playing.correct(token, 1)
-    assert told == [-1, 1]
-    playing._hear(("decides", 13))
-    playing.correct(playing.question.token, 2)
-    playing._hear(("decides", 12))
-    playing.toggle()
-    assert (playing.phase, told) == (PLAYING, [-1, 1, 2, -1])
-    first, second = events(desk, Answered)[before:]
-    assert [(a.state, a.action) for a in (first, second)] == [(8, 1), (13, 2)]
-    assert second.trajectory == first.trajectory  # one run, corrected twice
-
-
-def test_a_playing_policy_asks_in_doubt_and_ends(world, tmp_path):
-    desk, playing = playing_on(world, tmp_path / "lesson.db")
-    desk.learnt.sure[:] = 1.0
-    desk.learnt.sure[8] = 0.2
-    playing._hear(("decides", 8))
-    assert playing.phase == DOUBTS
-    playing.correct(playing.question.token, 1)
-    assert (playing.phase, playing._link.told) == (PLAYING, [1])  # and goes on
-    playing._hear(("over", "goal", True))
-    assert not playing.phase
-    playing.stop()  # nothing plays any more
-    assert "goal" in playing.told
-    assert playing._link.told == [1]
-    playing.phase = PLAYING
-    playing.stop()
-    assert playing._link.told[-1] == "restart"
-    assert not playing.phase
 
 
 def test_the_page_says_what_tells_most_and_advice_keeps_the_seconds_that_it_took(world, tmp_path):

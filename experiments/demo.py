@@ -78,7 +78,12 @@ def main(config: Config, output: Output) -> dict[str, Any]:
     with output.figure("policy.png") as figure:
         plot_policy(figure, task, policy, teacher.oracle)
     learnt_s = perf_counter() - started
-    one = learn_from_one(teacher, np.random.default_rng([config.seed, 1]))
+    one = None
+    by_one = learn_from_one(teacher, np.random.default_rng([config.seed, 1]), config.seed)
+    if by_one is not None:
+        one, policy_of_one = by_one
+        with output.file("one_trajectory.safetensors") as path:
+            save_policy(policy_of_one, path)
 
     physics: dict[str, Any] = {"successes": 0, "trials": 0, "limits": None, "episodes": []}
     if config.starts:

@@ -19,7 +19,7 @@ LEAST_LABELS, TRIES = 2, 100  # a shorter run is not much of a demonstration
 
 @dataclass(frozen=True)
 class OneRun:
-    """What came of one trajectory, by the names in ``result.json``.
+    """How good what came of one trajectory is, by the names in ``result.json``.
 
     Attributes:
         labels: how many there were.
@@ -35,11 +35,18 @@ class OneRun:
     seconds: float
 
 
-def learn_from_one(teacher: GraspTeacher, rng: np.random.Generator) -> OneRun | None:
+def learn_from_one(
+    teacher: GraspTeacher, rng: np.random.Generator, seed: int
+) -> tuple[OneRun, Policy] | None:
     """Learn from the first run of two labels or more; None if none says where it ended.
 
     Costs are known by name and the task's factors as such; the goal, the sizes of the costs and
     the care of the demonstrator are not.
+
+    Args:
+        teacher: who shows the run, and is compared with.
+        rng: draws the run, and what the learner tries.
+        seed: is noted in the policy.
     """
     run = next(filter(_is_whole, islice(teacher.runs(rng), TRIES)), None)
     if run is None:
@@ -48,14 +55,16 @@ def learn_from_one(teacher: GraspTeacher, rng: np.random.Generator) -> OneRun | 
     problem = replace(LearningProblem.of(task), costs=costs(task.model), factors=factors())
     q = learn("goal_posterior", problem, run, rng=rng).q
     seconds = process_time() - began
-    action, starts = Policy.from_q(q, task.model.mask).action, task.start_states
-    seen = np.union1d(run.state, run.ends[:, 2])
+    policy = Policy.from_q(
+        q, task.model.mask, task_hash=task.task_hash, algorithm="goal_posterior", seed=seed
+    )
+    seen, starts = np.union1d(run.state, run.ends[:, 2]), task.start_states
     return OneRun(
         len(run),
-        accuracy_on_unseen(action, seen, teacher.oracle, starts).value,
-        success_mdp(task.model, action, task.goal_states, starts),
+        accuracy_on_unseen(policy.action, seen, teacher.oracle, starts).value,
+        success_mdp(task.model, policy.action, task.goal_states, starts),
         seconds,
-    )
+    ), policy
 
 
 def _is_whole(run: Demonstrations) -> bool:

@@ -16,6 +16,7 @@ from experiments.grasping.learning import CHECKPOINT, CURVE
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.simulate import story as simulate
 from irl.files import sha256
+from irl.metrics import success_mdp
 from irl.npz import read_npz, write_npz
 from irl.policy import Policy, load_policy, save_policy
 from irl.task_data import FILES, load_task
@@ -83,6 +84,11 @@ def test_the_demo_leaves_figures_pictures_and_a_policy(done, folder):
     assert "success in the model" in done.stdout
     policy = load_policy(folder / "out/policy.safetensors", load_task(SHIPPED_TASK).task_hash)
     assert policy.algorithm == "fa_mlirl"
+    task = load_task(SHIPPED_TASK)
+    of_one = load_policy(folder / "out/one_trajectory.safetensors", task.task_hash, task.model.mask)
+    assert of_one.algorithm == "goal_posterior"
+    reached = success_mdp(task.model, of_one.action, task.goal_states, task.start_states)
+    assert reached == one["success_mdp"]
 
 
 def test_a_demo_that_was_killed_goes_on_to_the_same_bytes_and_episodes(done, folder, command):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.geometry import FrameId, QueryObject
+from pydrake.geometry import GeometryId, QueryObject
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import (
     Context,
@@ -29,6 +29,7 @@ SPAN = 0.01
 SHAKEN = 0.1
 """For so long after a force from outside the arm need not be where it is told to be [s]."""
 _FINGERS = {"left_inner_finger", "right_inner_finger"}
+_HELD = f"held {CUBE}"
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Loads:
 
 @dataclass(frozen=True)
 class _Depths:
-    by_pair: Mapping[str, float]
+    by_pair: Mapping[tuple[str, str], float]
 
     def __deepcopy__(self, memo: dict) -> "_Depths":
         """Itself: nothing in it changes, and Drake copies states at every update."""
@@ -80,7 +81,7 @@ class ContactMonitor(LeafSystem):
         """Watch the shapes of ``plant``."""
         super().__init__()
         self._plant = plant
-        self._names: dict[FrameId, str] = {}
+        self._names: dict[GeometryId, str] = {}
         self._query = self.DeclareAbstractInputPort(
             "query_object", AbstractValue.Make(QueryObject())
         )
@@ -90,7 +91,8 @@ class ContactMonitor(LeafSystem):
 
     def depths(self, context: Context) -> dict[str, float]:
         """By pair of bodies [m], from this system's context."""
-        return dict(context.get_abstract_state(self._memory).get_value().by_pair)
+        by_pair = context.get_abstract_state(self._memory).get_value().by_pair
+        return {" and ".join(bodies): depth for bodies, depth in by_pair.items()}
 
     def _update(self, context: Context, state: State) -> EventStatus:
         known = context.get_abstract_state(self._memory).get_value().by_pair
@@ -105,26 +107,29 @@ class ContactMonitor(LeafSystem):
         state.get_mutable_abstract_state(self._memory).set_value(after)
         return EventStatus.Succeeded()
 
-    def _look(self, context: Context) -> dict[str, float]:
+    def _look(self, context: Context) -> dict[tuple[str, str], float]:
+        """How deep each pair of bodies is in one another, the deepest of their shapes [m]."""
         query = self._query.Eval(context)
-        inspector = query.inspector()
-
-        def name(frame: FrameId) -> str:
-            if frame not in self._names:
-                self._names[frame] = self._plant.GetBodyFromFrameId(frame).name()
-            return self._names[frame]
-
-        found: dict[tuple[str, ...], float] = {}
+        found: dict[tuple[str, str], float] = {}
         for pair in query.ComputePointPairPenetration():
-            bodies = tuple(sorted(name(inspector.GetFrameId(i)) for i in (pair.id_A, pair.id_B)))
+            one, other = self._name(query, pair.id_A), self._name(query, pair.id_B)
+            bodies = (one, other) if one < other else (other, one)
             found[bodies] = max(pair.depth, found.get(bodies, 0.0))
-        touched = {body for pair in found if CUBE in pair for body in pair} >= _FINGERS
-        held = touched and self._force.Eval(context)[0] >= LEAST_FORCE
-        cube = "held cube" if held else CUBE
+        touching = {body for bodies in found if CUBE in bodies for body in bodies}
+        if not (touching >= _FINGERS and self._force.Eval(context)[0] >= LEAST_FORCE):
+            return found
+        held = {CUBE: _HELD}
         return {
-            " and ".join(cube if body == CUBE else body for body in bodies): depth
-            for bodies, depth in found.items()
+            (held.get(one, one), held.get(other, other)): depth
+            for (one, other), depth in found.items()
         }
+
+    def _name(self, query: QueryObject, shape: GeometryId) -> str:
+        """Of the body that a shape is of."""
+        if shape not in self._names:
+            frame = query.inspector().GetFrameId(shape)
+            self._names[shape] = self._plant.GetBodyFromFrameId(frame).name()
+        return self._names[shape]
 
 
 class Monitor:

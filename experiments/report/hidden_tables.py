@@ -4,7 +4,10 @@ from experiments.report.cells import Result, share_of, tabled
 
 
 def rewards(result: Result) -> list[str]:
-    """Hidden rewards by learner; by kind of reward where no label is wrong."""
+    """Hidden rewards by learner; by kind of reward where no label is wrong.
+
+    Where some are, of all, and of those whose costs all have names.
+    """
     rows = [
         (
             row["method"],
@@ -17,7 +20,7 @@ def rewards(result: Result) -> list[str]:
             f"{row['labels']['mean']:.1f}",
         )
         for row in result["summary"]
-        if row["label_noise"] == 0 or row["rewards"] == "all"
+        if row["label_noise"] == 0 or row["rewards"] in ("all", "named costs")
     ]
     head = ["learner", "answers", "wrong labels", "rewards", "number", "goal reached", "least"]
     return tabled([*head, "an action as good", "least", "labels"], rows)

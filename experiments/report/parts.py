@@ -228,7 +228,7 @@ PARTS: Sequence[Part] = (
         "grasping/rewards",
         "Twenty hidden rewards",
         ("grasping", "rewards", "--number", "20"),
-        65,
+        120,
         hidden_tables.rewards,
     ),
     Part(

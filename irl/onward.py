@@ -4,9 +4,10 @@ W has no entry below 0 and rows that sum to 1 at most. Sweeps of x ← b + γ W 
 for each digit. Where a chain of states mixes fast, a Krylov method
 needs few steps whatever γ is. Where it mixes slowly, few states lie between its parts, as in grids
 and chains, and then factors of I − M are sparse. So the one is tried first and the other after it;
-but where γ is small enough sweeps come before factors, which may fill up: those of a soft policy of
-16,000 states take minutes. Their answer is refined by residuals of twice the care (Wilkinson): near
-γ = 1 a value of 1e6 with an error of 1e-10 of it would hide what an action costs.
+but where states lead to many others, and γ is small enough, sweeps are tried before factors, which
+fill up: those of a soft policy of 16,000 states take minutes. The answer is refined by residuals of
+twice the care (Wilkinson): near γ = 1 a value of 1e6 with an error of 1e-10 of it would hide what
+an action costs.
 """
 
 from functools import cached_property
@@ -20,7 +21,8 @@ LARGEST = 100_000
 _KRYLOV_STEPS = 60
 _KRYLOV = 1e-8  # relative residual of a Krylov solution, before it is refined
 _REFINEMENTS = 8
-_FEW = 5000  # sweeps that come before factors
+_FEW = 5000  # sweeps that may come before factors,
+_MANY = 10  # where a state leads to more than so many others, on average
 
 
 class Onward:
@@ -86,7 +88,7 @@ class Onward:
             if not failed and np.isfinite(x).all():
                 return x * size
             self.krylov = False
-        if self._sweeps <= _FEW:
+        if self.W.nnz > _MANY * b.size and self._sweeps <= _FEW:
             return self._swept(b)
         if b.size > LARGEST:
             return None

@@ -57,7 +57,9 @@ def test_tiny_rewards_are_worth_as_much_in_their_unit():
 
 @pytest.mark.parametrize("across", [False, True])
 @pytest.mark.parametrize("gamma", [0.0, 0.5, 0.95, 0.995])
-def test_where_sweeps_are_few_nothing_is_factorised(gamma, across, monkeypatch):
+def test_where_states_lead_to_many_and_sweeps_are_few_nothing_is_factorised(
+    gamma, across, monkeypatch
+):
     """Factors of a system whose states all lead to many others fill up."""
     monkeypatch.setattr(onward, "splu", None)
     rng = np.random.default_rng(2)

@@ -25,7 +25,9 @@ def recorded(task, path, end):
 
 def test_a_recorded_run_that_tells_its_end_teaches_the_goal(task, tmp_path: Path):
     teacher, run = recorded(task, tmp_path / "run.csv", end=True)
-    one = learn_from_one(teacher, np.random.default_rng(0))
+    one, policy = learn_from_one(teacher, np.random.default_rng(0), seed=3)
+    assert (policy.algorithm, policy.seed) == ("goal_posterior", 3)
+    assert policy.task_hash == task.task_hash
     assert one.labels == len(run) >= 2
     assert one.success_mdp > 0.99
     assert one.accuracy_optimal_all > 0.9
@@ -33,4 +35,4 @@ def test_a_recorded_run_that_tells_its_end_teaches_the_goal(task, tmp_path: Path
 
 def test_without_ends_nothing_is_learnt_from_one_run(task, tmp_path: Path):
     teacher, _ = recorded(task, tmp_path / "run.csv", end=False)
-    assert learn_from_one(teacher, np.random.default_rng(0)) is None
+    assert learn_from_one(teacher, np.random.default_rng(0), seed=0) is None

@@ -178,17 +178,20 @@ def clusters(result: Result) -> list[str]:
 
 
 def network(result: Result) -> list[str]:
-    """Sizes of the network."""
+    """Sizes of the network, and what it sees of a state."""
     rows = [
         (
             "–".join(map(str, row["hidden"])),
+            row["features"],
             share(row["accuracy_optimal_all"]),
             share(row["success_mdp"]),
             f"{sum(row['seconds']) / len(row['seconds']):.1f}",
         )
         for row in result["rows"]
     ]
-    return tabled(["hidden units", "an action as good", "goal reached", "seconds"], rows)
+    return tabled(
+        ["hidden units", "features", "an action as good", "goal reached", "seconds"], rows
+    )
 
 
 def model_free(result: Result) -> list[str]:

@@ -45,15 +45,15 @@ def two_turns(entries: TransitionEntries) -> dict[str, dict[str, float]]:
     total = np.zeros((len(BINS), 3))
     for orientation, first in grasps:
         R_GO = settle_in_hand(R_WG[first].T @ R_WO[orientation])
-        ends = [all_nearest_orientations(R_WG[g] @ R_GO, TIE) for g in range(N_GRIPPERS)]
+        ends = all_nearest_orientations(R_WG @ R_GO, TIE)
+        offs = np.degrees(geodesic_angle(R_WG @ R_GO, R_WO[ends.argmax(axis=-1)]))
         for second in np.flatnonzero(turns[first, :, orientation].any(axis=-1)):
-            names = np.flatnonzero(ends[second])
-            off = np.degrees(geodesic_angle(R_WG[second] @ R_GO, R_WO[names[0]]))
+            names, off = np.flatnonzero(ends[second]), offs[second]
             row = next(k for k, (low, high) in enumerate(BINS.values()) if low <= off < high)
             for name in names:
                 model = turns[second, :, name]
                 feasible = model.any(axis=-1)
-                truth = np.array(ends)[feasible] / np.array(ends)[feasible].sum(-1, keepdims=True)
+                truth = ends[feasible] / ends[feasible].sum(axis=-1, keepdims=True)
                 predicted = model[feasible]
                 hit = truth[np.arange(len(truth)), predicted.argmax(axis=-1)]
                 probable = (truth * (predicted >= PROBABLE)).sum(axis=-1)

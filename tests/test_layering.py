@@ -78,7 +78,8 @@ assert not REFUSED & {name.split(".")[0] for name in sys.modules}
     ("folder", "besides"),
     [
         # gymnasium stands under TYPE_CHECKING, for its environments are handed in.
-        ("irl", {"irl", "gymnasium"}),
+        # numba is used where it is there: above, everything works without.
+        ("irl", {"irl", "gymnasium", "numba"}),
         ("tests/irl", {"irl", "pytest", "hypothesis"}),
     ],
 )

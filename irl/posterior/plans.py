@@ -14,11 +14,11 @@ from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
-import torch
 from scipy import sparse
 
 from irl.groups import alike
 from irl.mdp import TransitionModel
+from irl.posterior.best_actions import best_actions
 
 _SETTLED = 1e-4  # change of a sweep, where a goal is worth 1: far below any cost that matters
 _MOST_SWEEPS = 400
@@ -52,20 +52,17 @@ class HardPlans:
         self.value[list(fixed_vr)] = list(fixed_vr.values())
 
     @cached_property
-    def _shared(self) -> tuple[np.ndarray, np.ndarray, torch.Tensor, torch.Tensor]:
-        """One pair of each distribution and of each cost; of every pair in turn, which of those.
-
-        The last two are ``[most actions, acting states]``: a state with fewer actions repeats its
-        last, which changes no maximum.
-        """
-        model = self.model
-        widths = model.widths[model.acting]
-        turn = np.minimum(np.arange(widths.max(initial=1))[:, None], widths - 1)
-        pair = turn + model.first_pair[model.acting]
-        led = _in_turn(*model.outcomes, pair)
+    def _shared(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """One pair of each distribution and of each cost; of every pair, which of those, int32."""
         mark = np.random.default_rng(1).random((2, self.costs.shape[1]))
-        paid = _in_turn(*alike(self.costs @ mark[0] + 1j * (self.costs @ mark[1])), pair)
-        return led[0], paid[0], torch.from_numpy(led[1]), torch.from_numpy(paid[1])
+        leads, led = _as_met(*self.model.outcomes)
+        pays, paid = _as_met(*alike(self.costs @ mark[0] + 1j * (self.costs @ mark[1])))
+        return leads, pays, led, paid
+
+    @cached_property
+    def _first(self) -> np.ndarray:
+        groups = self.model.groups
+        return np.append(groups.first, groups.size)
 
     @cached_property
     def _P_shared(self) -> sparse.csr_matrix:
@@ -111,15 +108,10 @@ class HardPlans:
     def _sweep(self, f: np.ndarray, cost: np.ndarray) -> np.ndarray:
         """γ max_a [P f − cost], 0 where nothing can be done; ``cost`` is of each distinct one."""
         _, _, led, paid = self._shared
-        ahead, dear = torch.from_numpy(self._P_shared @ f), torch.from_numpy(cost)
-        best = ahead.index_select(0, led[0]).sub_(dear.index_select(0, paid[0]))
-        gained, spent = torch.empty_like(best), torch.empty_like(best)
-        for k in range(1, len(led)):
-            torch.index_select(ahead, 0, led[k], out=gained)
-            torch.index_select(dear, 0, paid[k], out=spent)
-            torch.maximum(best, gained.sub_(spent), out=best)
+        ahead = np.ascontiguousarray(self._P_shared @ f)
+        best = best_actions(ahead, np.ascontiguousarray(cost), led, paid, self._first)
         after = np.zeros_like(f)
-        after[self.model.acting] = self.gamma * best.numpy()
+        after[self.model.acting] = self.gamma * best
         return after
 
     def q(self, f: np.ndarray, sizes: np.ndarray, pairs: np.ndarray | None = None) -> np.ndarray:
@@ -134,13 +126,8 @@ class HardPlans:
         return P @ f - costs @ sizes.astype(np.float32)
 
 
-def _in_turn(
-    first: np.ndarray, kind: np.ndarray, asked: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """`alike`, of ``asked`` alone, with kinds numbered as they are asked for.
-
-    Rows that are picked in turn then lie side by side.
-    """
-    _, met = np.unique(kind[asked], return_index=True)
+def _as_met(first: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`alike`, with kinds numbered as pairs meet them: rows picked in turn lie side by side."""
+    _, met = np.unique(kind, return_index=True)
     order = np.argsort(met)
-    return first[order], np.argsort(order)[kind[asked]]
+    return first[order], np.argsort(order)[kind].astype(np.int32)

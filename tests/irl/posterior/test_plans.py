@@ -50,7 +50,7 @@ def test_pairs_that_lead_and_cost_alike_share_their_work():
     leads, pays, led, paid = plans._shared
     assert leads.size == model.n_states  # every cell is a pair's only outcome
     assert pays.size == 1
-    assert led.shape == paid.shape == (4, model.n_states)
+    assert led.shape == paid.shape == (model.n_pairs,)
     # Numbered in the order in which they are looked up.
     _, met = np.unique(led, return_index=True)
     assert (np.diff(met) > 0).all()

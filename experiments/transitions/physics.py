@@ -124,8 +124,8 @@ def _class_row(classes: TrialClasses, number: int, trials: list[Trial]) -> dict[
     orientation, gripper, *after = classes.symmetry(kind).representative[rest].tolist()
     R_GO = R_WG[gripper].T @ R_WO[orientation]
     records = [trial.record for trial in trials]
-    turned = [rotation_vector_to_matrix(record.turn) @ R_WO[orientation] for record in records]
-    ends = [int(nearest_orientation(R)[0]) for R in turned]
+    turned = rotation_vector_to_matrix([record.turn for record in records]) @ R_WO[orientation]
+    ends = nearest_orientation(turned)[0].tolist()
     count = Counter(outcome_label(trial.pair, trial.record) for trial in trials)
     n = len(trials)
     most = max(count.values())

@@ -37,10 +37,43 @@ def complexity(result: Result) -> list[str]:
     ]
 
 
+ADVISERS = {
+    "uncertain_cluster": "the most uncertain cluster",
+    "random_cluster": "a cluster by chance",
+    "uncertain_state": "the most uncertain state",
+    "random_advice": "a state by chance",
+}
+"""Whom the expert is asked about, in words."""
+
+
 def sailing(result: Result) -> list[str]:
-    """Performance at the last question, by strategy."""
-    rows = [
-        (name, f"{curve[-1][0]:g}", share_of(curve[-1][1:]))
-        for name, curve in result["curves"].items()
+    """Questions until the target, and what all advice comes to, by strategy."""
+    rows = []
+    for name, words in ADVISERS.items():
+        values, objective = (
+            result[kind][name] for kind in ("queries_to_target", "objective_queries_to_target")
+        )
+        last = result["curves"][name][-1]
+        rows.append((words, _questions(values), share_of(last[1:]), _questions(objective)))
+    target = f"{100 * result['target']:g} %"
+    head = [
+        "the expert is asked about",
+        f"questions until {target}",
+        "after all questions, %",
+        f"until {target}, in the objective too",
     ]
-    return tabled(["strategy", "questions", "performance, %"], rows)
+    return [
+        f"Lakes of {result['states']} states, {len(result['seeds'])} seeds, "
+        f"{result['clusters']} clusters. Performance is 0 for acting by chance,",
+        "100 % for the best. Advice counts in the action values, as in Algorithm 4.1; in the last",
+        "column in what is maximised as well.",
+        "",
+        *tabled(head, rows),
+    ]
+
+
+def _questions(told: Result) -> str:
+    """How many, with the interval; none if all there are were not enough."""
+    numbers = [told[name] for name in ("queries", "low", "high")]
+    first, *rest = ("more than all" if number is None else f"{number:g}" for number in numbers)
+    return f"{first} [{', '.join(rest)}]"

@@ -13,7 +13,7 @@ from irl.asking import toss_up
 from irl.demonstrations import Demonstrations
 from irl.errors import InputError
 from irl.lesson_events import AUDIT, DONE, Answered
-from irl.posterior.audit import FIRST, LATER, Audit
+from irl.posterior.audit import Audit
 from irl.posterior.enough import LEARNT, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import votes, votes_of_all
@@ -62,7 +62,7 @@ class GoalSession(Session):
             # What was held out was taken back: the test begins again, and what was answered in it
             # so far is learnt from.
             learner.held_out, self.rule.passed = Demonstrations.empty(), 0
-            learner.audit = Audit(LATER if learner.mistaken else FIRST)
+            learner.audit = Audit.after(learner.mistaken)
         else:
             for number in sorted(audits.keys() - self._tested.keys()):
                 self._compare(audits[number])

@@ -9,8 +9,9 @@ audit is over. Being corrected twice in one state, for the first may be a slip, 
 
 from dataclasses import dataclass, field
 
-FIRST, LATER = 12, 18
-"""States without a contradiction that confirm a learner; and one that was contradicted before."""
+LENGTHS = 12, 14, 18
+"""States without a contradiction that confirm a learner: one that was never contradicted, one that
+was once and has learnt from it, and one that was more often."""
 _TWICE = 2
 
 
@@ -24,8 +25,13 @@ class Audit:
             two if the first did not.
     """
 
-    wanted: int = FIRST
+    wanted: int = LENGTHS[0]
     passed: dict[int, list[bool]] = field(default_factory=dict)
+
+    @classmethod
+    def after(cls, mistaken: int) -> "Audit":
+        """One that begins after so many that contradicted."""
+        return cls(LENGTHS[min(mistaken, len(LENGTHS) - 1)])
 
     def compare(self, state: int, passed: bool) -> None:
         """Take up one answer."""

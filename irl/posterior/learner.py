@@ -14,7 +14,7 @@ from irl.errors import InputError
 from irl.method_inputs import walk_ends, walks
 from irl.policy import Policy
 from irl.posterior.arriving import SHORT, arriving
-from irl.posterior.audit import LATER, Audit
+from irl.posterior.audit import Audit
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import EPSILONS
 from irl.posterior.goals import propose
@@ -285,7 +285,8 @@ class GoalLearner:
             at_hand = self.proposal(state) if proposed is None else proposed[state]
             self.audit.compare(state, at_hand == said)
         if self.audit.contradicted:
-            self.audit, self.mistaken = Audit(LATER), self.mistaken + 1
+            self.mistaken += 1
+            self.audit = Audit.after(self.mistaken)
         elif not self.audit.confirmed:
             return
         held_out, self.held_out = self.held_out, Demonstrations.empty()

@@ -60,8 +60,9 @@ class Enough(Settings):
     """How many processes; the results do not depend on it."""
     cluster: str = ""
     """The address of a dask scheduler that runs them instead, such as tcp://host:8786."""
-    seed: int = 1
-    """The seed of rewards and lessons. Settings were chosen on those of 1000."""
+    seed: int = 5
+    """The seed of rewards and lessons. Settings were chosen on those of 1000 to 1002, and after a
+    look at lessons of 1."""
     out: Path = field(default_factory=lambda: Path("out/grasping/enough"))
     """The folder that the results are written to."""
 

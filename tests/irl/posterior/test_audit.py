@@ -10,7 +10,7 @@ from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
-from irl.posterior.audit import FIRST, LATER, Audit
+from irl.posterior.audit import LENGTHS, Audit
 from irl.posterior.enough import LEARNT, REACHES, UNTRIED, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import votes
@@ -21,6 +21,7 @@ ROW, COLUMN = np.divmod(np.arange(N * N), N)
 MODEL = GridWorld(N, (0, 0)).model
 MUD = MODEL.P @ ((ROW % 2 == 1) & (COLUMN > 0)).astype(float)
 GOAL = np.array([60])
+FIRST, SECOND, *_ = LENGTHS
 
 
 def lesson(named, seed=0, most=30):
@@ -126,7 +127,7 @@ def test_what_was_corrected_is_asked_for_again():
 
 
 def test_one_contradiction_is_enough_and_makes_the_next_audit_longer():
-    failed = audited(*[[True]] * LATER, [False, False])
+    failed = audited(*[[True]] * max(LENGTHS), [False, False])
     assert failed.contradicted
     assert not failed.confirmed
     learner, _, _ = lesson(named=True, most=0)
@@ -139,8 +140,14 @@ def test_one_contradiction_is_enough_and_makes_the_next_audit_longer():
     assert learner.proposal(state) == proposed
     labels = len(learner.shown)
     learner.compare(replace(answer, trajectory=answer.trajectory + 1))
-    assert (learner.mistaken, learner.audit) == (1, Audit(LATER))
+    assert (learner.mistaken, learner.audit) == (1, Audit(SECOND))
     assert len(learner.shown) == labels + 2
+
+
+def test_whoever_was_contradicted_more_often_is_tested_longer():
+    lengths = [Audit.after(mistaken).wanted for mistaken in range(5)]
+    assert lengths == sorted(lengths)
+    assert lengths[0] == Audit().wanted == FIRST < lengths[1] < lengths[2] == lengths[-1]
 
 
 def test_only_an_audit_that_confirms_makes_good_for_one_that_contradicted():

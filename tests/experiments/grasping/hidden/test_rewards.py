@@ -15,7 +15,7 @@ from experiments.grasping.hidden.simple_rules import Watched, as_expected
 from experiments.kit.shipped_data import SHIPPED_TASK
 from irl.demonstrations import Demonstrations
 from irl.posterior import belief as beliefs
-from irl.posterior.audit import FIRST, Audit
+from irl.posterior.audit import LENGTHS, Audit
 from irl.posterior.enough import LEARNT, REACHES, UNSURE, UNTRIED, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import Predicted
@@ -188,7 +188,7 @@ class Told:
     def __init__(self, success=1.0, accuracy=0.99, ends=1.0, confirmed=False, mistaken=0):
         self.predicted = Predicted(success, accuracy)
         self.ends_agree, self.mistaken = ends, mistaken
-        self.audit = Audit(0 if confirmed else FIRST)
+        self.audit = Audit(0 if confirmed else LENGTHS[0])
         self.shown, self.sought = None, 0
 
     def learn(self, shown):

@@ -32,7 +32,9 @@ def test_without_numba_it_comes_to_the_same_bits(seed, monkeypatch):
     given = drawn(seed)
     compiled = best_actions(*given)
     monkeypatch.setattr(module, "_compiled", lambda: None)
-    np.testing.assert_array_equal(best_actions(*given), compiled)
+    for at_once in (64, 2):  # all groups, and a few at a time
+        monkeypatch.setattr(module, "_AT_ONCE", at_once)
+        np.testing.assert_array_equal(best_actions(*given), compiled)
 
 
 @pytest.mark.parametrize("numba", [True, False])

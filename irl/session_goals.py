@@ -24,8 +24,9 @@ from irl.session_settled import Enough
 from irl.taught_state import TaughtState
 from irl.uncertainty import shannon_entropy
 
-INFORMATION, TEST = "information", "test"
-"""Strategies: where an answer tells most; and by chance, to test a proposal."""
+INFORMATION, GOAL, TEST = "information", "goal", "test"
+"""Strategies: where an answer tells most; where it takes a state for a goal that nobody said is
+one; and by chance, to test a proposal."""
 _LOOKED_AT = 1500  # states whose information is worked out before a question
 _DRAWS = 5  # draws from a few states that are left may be the same
 _CROWD = 10  # a batch of n is spread over the 10 n best
@@ -58,6 +59,12 @@ class GoalSession(Session):
 
     def _refit(self, callback: Callable[[Progress], None] | None) -> None:
         learner, audits = self.learner, self.taught.with_purpose(AUDIT)
+        learner.proposals = {
+            a.trajectory: a.preselected
+            for a in audits.values()
+            if a.preselected not in (None, DONE)
+        }
+        learner.skipped = self._skipped()
         if any(audits.get(number) != answer for number, answer in self._tested.items()):
             # What was held out was taken back: the test begins again, and what was answered in it
             # so far is learnt from.
@@ -92,24 +99,38 @@ class GoalSession(Session):
     def propose(self, n: int) -> list[Question]:
         """Where answers tell most, spread over states unlike one another; or a test's, by chance.
 
-        The first of them is the one that `GoalLearner` would ask about.
+        The first of them is the one that `EnoughRule` would ask about.
         """
         learner, rng = self.learner, self.state.rng
+        learner.skipped = self._skipped()
         try:
-            left = np.setdiff1d(learner.unasked, list(self.taught.skipped))
+            left = learner.unasked
         except InputError:
             return []
         if self.rule.audits(learner):
             return self._test(n, left)
+        goal = self.rule.goal_question(learner)
+        if goal is not None:
+            gain = information_gain(learner.belief, np.array([goal]))
+            tried = Question(goal, GOAL, float(gain[0]), self._proposal(goal))
+            if n == 1:
+                return [tried]
+            return [tried, *self._telling(n - 1, left[left != goal], rng)]
+        return self._telling(n, left, rng)
+
+    def _telling(self, n: int, left: np.ndarray, rng: np.random.Generator) -> list[Question]:
+        """Where answers tell most, of the states ``left``."""
         if not left.size:
             return []
         some = rng.choice(left, min(_LOOKED_AT, left.size), replace=False)
-        gain = information_gain(learner.belief, some)
-        chosen = self._spread(some, gain, n)
+        gain = information_gain(self.learner.belief, some)
         return [
             Question(int(some[k]), INFORMATION, float(gain[k]), self._proposal(int(some[k])))
-            for k in chosen
+            for k in self._spread(some, gain, n)
         ]
+
+    def _skipped(self) -> np.ndarray:
+        return np.array(sorted(self.taught.skipped), dtype=np.int64)
 
     def _test(self, n: int, left: np.ndarray) -> list[Question]:
         """Distinct states as the learner's audit draws them, each with what it proposes there."""

@@ -24,6 +24,7 @@ from irl.lesson_events import (
 )
 from irl.lesson_taught import Taught
 from irl.session import RETEST, START, Question
+from irl.session_goals import GOAL
 from irl.student import Learnt
 
 EPISODE, AGAIN, PICKED = "episode", "again", "picked"
@@ -89,14 +90,15 @@ class Asking:
     def next(self) -> Question:
         """What is worth most of the teacher's time: a state of the queue, or a new trajectory.
 
-        Tests come first. A toss-up is not asked about, but where Algorithm 4.1 would.
+        Tests come first, and what is taken for a goal. A toss-up is not asked about, but where
+        Algorithm 4.1 would.
         """
         self.queue = [question for question in self.queue if self._is_open(question)]
         run = Question(self.start(), START if not self.taught.answers else RUN, 0.0)
         if not self.queue:
             return run
         chosen = self.queue[0]
-        if self._weighs and chosen.purpose == LEARN:
+        if self._weighs and chosen.purpose == LEARN and chosen.strategy != GOAL:
             states = {q.state: q for q in self.queue if q.purpose == LEARN}
             assert self.reasons is not None
             best = self._choosing.best(self.reasons, list(states), advice=False)

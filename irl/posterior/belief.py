@@ -107,13 +107,23 @@ class Belief:
             said.append(self.evidence.log_likelihood(q.astype(np.float64), member))
         return np.concatenate(said) if said else self.log_likelihood[:0]
 
-    def _prepared(self, demonstrations: Demonstrations) -> Evidence:
+    def _prepared(
+        self, demonstrations: Demonstrations, proposals: Mapping[int, int] | None = None
+    ) -> Evidence:
         # The last cost is that of every step.
-        return Evidence.of(self.plans.model, demonstrations, self.plans.costs[:, :-1])
+        costs = self.plans.costs[:, :-1]
+        return Evidence.of(self.plans.model, demonstrations, costs, proposals)
 
-    def observe(self, demonstrations: Demonstrations) -> None:
-        """Weigh all hypotheses by these demonstrations, in place of the former."""
-        self.evidence = self._prepared(demonstrations)
+    def observe(
+        self, demonstrations: Demonstrations, proposals: Mapping[int, int] | None = None
+    ) -> None:
+        """Weigh all hypotheses by these demonstrations, in place of the former.
+
+        Args:
+            demonstrations: all there are.
+            proposals: what some of them answer (`irl.posterior.verdicts`).
+        """
+        self.evidence = self._prepared(demonstrations, proposals)
         self.log_likelihood = self._weigh(self.goal, self.level, self.f)
 
     def explore(self, rounds: int, rng: np.random.Generator) -> None:

@@ -2,12 +2,13 @@
 
 First its own predictions must be good enough at two checks in a row, success of 0.99 and accuracy
 of 0.98, while runs end where the learner's plans do: what is still wrong, a question that tells
-most finds sooner than an audit. Predictions hold if the truth is among the hypotheses. They may be
-good because nobody planned for it yet: so hypotheses are sought once more, as long as after the
-first run, before anything is claimed. And a cost that has no name is in no hypothesis at all. So an
-audit follows, which needs no such faith: `irl.posterior.audit`. It decides whether the learner may
-say that it knows how things are liked. If it contradicts, the learner goes on asking, and another
-audit follows.
+most finds sooner than an audit. If it takes more for the goal than was shown to be one, it asks
+whether a state of that is one: as unlike where runs ended as there is. Predictions hold if the
+truth is among the hypotheses. They may be good because nobody planned for it yet: so hypotheses are
+sought once more, as long as after the first run, before anything is claimed. And a cost that has no
+name is in no hypothesis at all. So an audit follows, which needs no such faith:
+`irl.posterior.audit`. It decides whether the learner may say that it knows how things are liked. If
+it contradicts, the learner goes on asking, and another audit follows.
 """
 
 from dataclasses import dataclass, field
@@ -44,8 +45,20 @@ class EnoughRule:
         return claim(learner) == LEARNT
 
     def question(self, learner: GoalLearner) -> int:
-        """The state to ask about: where it tells most, or for the audit by chance."""
-        return learner.audit_question() if self.audits(learner) else learner.question()
+        """The state to ask about.
+
+        For the audit by chance; else to see whether it is a goal, if success is predicted because
+        it is taken for one; else where it tells most.
+        """
+        if self.audits(learner):
+            return learner.audit_question()
+        goal = self.goal_question(learner)
+        return learner.question() if goal is None else goal
+
+    def goal_question(self, learner: GoalLearner) -> int | None:
+        """A state that success is predicted because of, though nobody said that it is a goal."""
+        expects = learner.predicted.success >= SUCCESS and not self.audits(learner)
+        return learner.untried_goal if expects else None
 
     def take(self, learner: GoalLearner, answer: Demonstrations) -> None:
         """Give the learner the answer to the question: to learn from, or for the audit."""
@@ -84,5 +97,9 @@ def claim(learner: GoalLearner) -> str:
 
 
 def reaches(learner: GoalLearner) -> bool:
-    """Whether it predicts that it reaches the goal, where runs ended as its plans do."""
-    return learner.predicted.success >= SUCCESS and learner.ends_agree >= AGREE
+    """Whether it predicts that it reaches the goal, and has reason to think that it knows it.
+
+    Runs ended as its plans do, and of what it takes for the goal beyond that a state was tried.
+    """
+    predicts = learner.predicted.success >= SUCCESS and learner.ends_agree >= AGREE
+    return predicts and learner.untried_goal is None

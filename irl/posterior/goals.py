@@ -28,6 +28,11 @@ class Goal:
     parts: int = 0
 
     @property
+    def is_list(self) -> bool:
+        """Whether it is of several states that nothing names but themselves."""
+        return not self.parts and bool(self.member.sum() > 1)
+
+    @property
     def key(self) -> bytes:
         """Equal for equal sets."""
         return np.packbits(self.member).tobytes()
@@ -108,3 +113,29 @@ def propose(
     for several in (ends, rewarded):
         add([any_of(several[:k].tolist(), n_states) for k in range(2, len(several) + 1)])
     return list(found.values())
+
+
+def beyond(
+    goals: Sequence[Goal], ends: np.ndarray, taken: np.ndarray, askable: np.ndarray
+) -> int | None:
+    """A state that is taken for a goal, though what ended there might as well have meant less.
+
+    Of all such states one that the fewest goals hold which hold every end: what is said of it
+    decides most of them at once. A list of ends is no such goal.
+
+    Args:
+        goals: every goal proposed.
+        ends: states where runs ended, int64.
+        taken: bool ``[n_states]``, the states taken for goals.
+        askable: the states that may be asked about, int64.
+
+    Returns:
+        The state; None if all that is taken for a goal is in every goal that holds all ends, or
+        none may be asked about.
+    """
+    holding = [g for g in goals if not g.is_list and g.member[ends].all()]
+    states = np.intersect1d(np.flatnonzero(taken), askable)
+    if not holding or not states.size:
+        return None
+    held = np.sum([g.member[states] for g in holding], axis=0)
+    return int(states[held.argmin()]) if held.min() < len(holding) else None

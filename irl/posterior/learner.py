@@ -17,7 +17,7 @@ from irl.posterior.arriving import SHORT, arriving
 from irl.posterior.audit import Audit
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import EPSILONS
-from irl.posterior.goals import propose
+from irl.posterior.goals import beyond, propose
 from irl.posterior.plans import HardPlans
 from irl.posterior.predictions import (
     Predicted,
@@ -63,6 +63,8 @@ class GoalLearner:
         held_out: answers of the audit, from which nothing was learnt yet.
         audit: what they said of the predictions.
         mistaken: audits that contradicted.
+        proposals: in an audit, the actions proposed, by the number of the run that an answer is.
+        skipped: states that the demonstrator does not want to be asked about, int64.
     """
 
     def __init__(
@@ -89,6 +91,8 @@ class GoalLearner:
         self.belief = Belief(plans, list(kept), self._config.step_cost)
         self.shown = self.held_out = Demonstrations.empty()
         self.audit, self.mistaken = Audit(), 0
+        self.proposals: dict[int, int] = {}
+        self.skipped = np.zeros(0, dtype=np.int64)
         self._proposed: dict[int, int] = {}
 
     def learn(self, shown: Demonstrations, rounds: int | None = None) -> None:
@@ -107,7 +111,7 @@ class GoalLearner:
         for name in ("_acting", "action", "predicted", "ends_agree"):
             self.__dict__.pop(name, None)
         known, self.shown = set(self.shown.ends[:, 2].tolist()), shown
-        self.belief.observe(shown)
+        self.belief.observe(shown, self.proposals)
         if not self.belief.goals or known != set(shown.ends[:, 2].tolist()):
             self._propose()
         self.belief.explore(self._config.rounds if rounds is None else rounds, self._rng)
@@ -233,6 +237,15 @@ class GoalLearner:
         """
         return most_telling(self.belief, self.unasked, self._rng)
 
+    @property
+    def untried_goal(self) -> int | None:
+        """A state to ask about since it is taken for a goal, and is not just where runs ended.
+
+        None if there is none (`irl.posterior.goals.beyond`).
+        """
+        ends = np.unique(self.shown.ends[:, 2])
+        return beyond(self.belief.goals, ends, self.arrived, self._askable)
+
     def audit_question(self) -> int:
         """The next state of the audit: drawn by chance, or one whose answer was a surprise, again.
 
@@ -252,16 +265,21 @@ class GoalLearner:
 
     @property
     def unasked(self) -> np.ndarray:
-        """The states that may be asked about: neither labelled nor where a run ended; int64.
+        """The states that may be asked about: neither labelled, skipped, nor a run's end; int64.
 
         Raises:
             InputError: if there is none left.
         """
-        given = Demonstrations.concatenate([self.shown, self.held_out])
-        left = np.setdiff1d(self.candidates, np.union1d(given.state, given.ends[:, 2]))
+        left = self._askable
         if not left.size:
             raise InputError("every state that may be asked about was", place="candidates")
         return left
+
+    @property
+    def _askable(self) -> np.ndarray:
+        given = Demonstrations.concatenate([self.shown, self.held_out])
+        out = np.concatenate([given.state, given.ends[:, 2], self.skipped])
+        return np.setdiff1d(self.candidates, out)
 
     def proposal(self, state: int) -> int | None:
         """What the learner would do in a state; None if it takes it for a goal."""
@@ -281,9 +299,13 @@ class GoalLearner:
             proposed: what was proposed in its state, if that is not what would be now.
         """
         self.held_out = Demonstrations.concatenate([self.held_out, answer])
-        for state, said in [*answer.pairs, *((s, None) for s in answer.ends[:, 2].tolist())]:
+        runs = [*answer.trajectory.tolist(), *answer.ends[:, 0].tolist()]
+        said = [*answer.pairs, *((s, None) for s in answer.ends[:, 2].tolist())]
+        for run, (state, action) in zip(runs, said, strict=True):
             at_hand = self.proposal(state) if proposed is None else proposed[state]
-            self.audit.compare(state, at_hand == said)
+            if at_hand is not None:
+                self.proposals[run] = at_hand
+            self.audit.compare(state, at_hand == action)
         if self.audit.contradicted:
             self.mistaken += 1
             self.audit = Audit.after(self.mistaken)

@@ -284,3 +284,23 @@ def test_a_round_that_cannot_be_done_says_why():
         begin_session(SUBJECT, config("no"), FIRST)
     with pytest.raises(InputError, match="no rule"):
         begin_session(SUBJECT, replace(config("planning"), rules=("none",)), FIRST)
+
+
+def test_what_it_takes_for_a_goal_it_asks_about_first():
+    ended = Demonstrations.from_pairs(FIRST.pairs, 0, end=WORLD.goal_state)
+    session = begin_session(SUBJECT, config("goal_posterior"), ended)
+    session.refit()
+    learner = session.learner
+    belief, names = learner.belief, [goal.name for goal in learner.belief.goals]
+    belief.log_likelihood[belief.goal == names.index("y 3")] += 50  # as if that were sure
+    for name in ("_acting", "action", "predicted", "ends_agree"):
+        vars(learner).pop(name, None)
+    first, *others = session.propose(3)
+    assert (first.strategy, first.proposed) == ("goal", DONE)
+    assert Y[first.state] == 3
+    assert first.state != WORLD.goal_state
+    assert {q.strategy for q in others} == {"information"}
+    assert len({first.state, *(q.state for q in others)}) == 3
+    session.apply([Skipped(first.state)])
+    (second,) = session.propose(1)
+    assert second.state != first.state

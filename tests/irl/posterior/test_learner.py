@@ -14,7 +14,8 @@ from irl.methods import learn
 from irl.metrics import accuracy_on_unseen, success_mdp
 from irl.posterior.arriving import SHORT
 from irl.posterior.belief import SIZES
-from irl.posterior.goals import propose, regions
+from irl.posterior.enough import UNSURE, EnoughRule, claim
+from irl.posterior.goals import beyond, propose, regions
 from irl.posterior.learner import AGREE, SURE, GoalConfig, GoalLearner
 from irl.posterior.predictions import action_values
 from irl.posterior.questions import information_gain
@@ -186,3 +187,45 @@ def test_one_whose_goal_is_sure_acts_by_its_mean_values():
     learner = asked(problem, oracle, start=0, questions=8)
     assert learner.predicted.success >= SURE
     np.testing.assert_array_equal(learner.q, action_values(learner.belief))
+
+
+def test_what_is_taken_for_a_goal_is_tried_where_it_is_least_like_what_was_shown():
+    factors = {"row": ROW, "column": COLUMN}
+    goals = propose(np.array([60]), np.zeros(0, dtype=np.int64), factors, N * N)
+    end, everywhere = np.array([60]), np.arange(N * N)
+    right = COLUMN[60] == COLUMN
+    asked = beyond(goals, end, right, everywhere)
+    assert right[asked]
+    assert asked != 60
+    # It, too, ended a run: nothing but the column holds both.
+    goals += propose(np.array([60, asked]), np.zeros(0, dtype=np.int64), factors, N * N)
+    assert beyond(goals, np.array([60, asked]), right, everywhere) is None
+    assert beyond(goals, end, everywhere == 60, everywhere) is None
+    assert beyond(goals, end, right, np.flatnonzero(~right)) is None
+    assert beyond([], end, right, everywhere) is None
+
+
+def test_a_region_is_not_claimed_before_it_was_tried():
+    problem, oracle = room(ROW * N + COLUMN == 60, 0.0)
+    shown = demonstrate_to_the_end(oracle, [0], np.random.default_rng(0))
+    learner = GoalLearner(problem, rng=np.random.default_rng(0), config=GoalConfig(rounds=0))
+    learner.learn(shown)
+    belief, rule = learner.belief, EnoughRule()
+    region = next(k for k, goal in enumerate(belief.goals) if goal.name == f"column {COLUMN[60]}")
+    belief.log_likelihood[belief.goal == region] += 50  # as if that were nearly sure
+    assert learner.arrived.sum() == N
+    assert learner.predicted.success > SURE
+    assert claim(learner) == UNSURE
+    state = rule.question(learner)
+    assert learner.arrived[state]
+    assert state != 60
+    learner.skipped = np.array([state])
+    assert rule.question(learner) != state
+    learner.skipped = np.flatnonzero(COLUMN[60] == COLUMN)
+    assert learner.untried_goal is None  # what nobody may be asked about is not tried
+    learner.skipped = np.zeros(0, dtype=np.int64)
+    going_on = Demonstrations.from_pairs(
+        [(state, oracle.label(state, np.random.default_rng(0)))], 9
+    )
+    rule.take(learner, going_on)
+    assert np.flatnonzero(learner.arrived).tolist() == [60]

@@ -189,7 +189,7 @@ class Told:
         self.predicted = Predicted(success, accuracy)
         self.ends_agree, self.mistaken = ends, mistaken
         self.audit = Audit(0 if confirmed else LENGTHS[0])
-        self.shown, self.sought = None, 0
+        self.shown, self.sought, self.untried_goal = None, 0, None
 
     def learn(self, shown):
         """Nothing is found."""
@@ -201,6 +201,9 @@ def test_what_a_learner_may_claim():
     assert claim(Told(confirmed=True)) == claim(Told(confirmed=True, mistaken=1)) == LEARNT
     assert claim(Told(ends=0.0, confirmed=True)) == claim(Told(success=0.9)) == UNSURE
     assert claim(Told(accuracy=0.9, confirmed=True)) == claim(Told(mistaken=1)) == REACHES
+    untried = Told(confirmed=True)
+    untried.untried_goal = 5
+    assert claim(untried) == UNSURE
 
 
 def test_an_audit_begins_when_predictions_are_good_twice_in_a_row():

@@ -38,6 +38,8 @@ START = "start"
 """The strategy of questions before there is anything to choose by: where runs begin."""
 RETEST = "test again"
 """That of a state asked about once more, for an answer contradicted what was proposed there."""
+GOAL = "goal"
+"""That of a state that is taken for a goal, though nobody said that it is one."""
 
 ALIKE = 1e-6
 """Share of a state's range of values within which a learner of one set of values calls actions

@@ -19,14 +19,13 @@ from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import votes, votes_of_all
 from irl.posterior.questions import information_gain
 from irl.problem import LearningProblem
-from irl.session import RETEST, Question, Session
+from irl.session import GOAL, RETEST, Question, Session
 from irl.session_settled import Enough
 from irl.taught_state import TaughtState
 from irl.uncertainty import shannon_entropy
 
-INFORMATION, GOAL, TEST = "information", "goal", "test"
-"""Strategies: where an answer tells most; where it takes a state for a goal that nobody said is
-one; and by chance, to test a proposal."""
+INFORMATION, TEST = "information", "test"
+"""Strategies: where an answer tells most; and by chance, to test a proposal."""
 _LOOKED_AT = 1500  # states whose information is worked out before a question
 _DRAWS = 5  # draws from a few states that are left may be the same
 _CROWD = 10  # a batch of n is spread over the 10 n best

@@ -23,8 +23,7 @@ from irl.lesson_events import (
     Undo,
 )
 from irl.lesson_taught import Taught
-from irl.session import RETEST, START, Question
-from irl.session_goals import GOAL
+from irl.session import GOAL, RETEST, START, Question
 from irl.student import Learnt
 
 EPISODE, AGAIN, PICKED = "episode", "again", "picked"

@@ -107,6 +107,8 @@ _WORDS = {
     "test again": "Once more, for your answer surprised me.",
     "random": "Drawn by chance.",
 }
+_WHOLE = ("start", "run", "episode", "again", "picked", "goal", "test", "test again")
+"""Strategies of which that is all there is to say."""
 
 
 class Reasons:
@@ -125,7 +127,7 @@ class Reasons:
         doubt = 1.0 - float(self._learnt.sure[state])
         visited, new = float(self._visits[state]), newness(self._world, state, answered)
         words = _WORDS.get(strategy, "")
-        if strategy not in ("start", "run", "episode", "again", "picked", "test", "test again"):
+        if strategy not in _WHOLE:
             words = (
                 words or f"Chosen by {strategy.replace('_', ' ')}."
             ) + f" {_said(doubt, visited)}"

@@ -9,8 +9,9 @@ from experiments.teach.rounds import LocalLearner
 from experiments.teach.terminal import show
 from irl.errors import InputError
 from irl.lesson import Lesson
+from irl.lesson_events import DONE
 from irl.lesson_replay import began
-from irl.session import Question
+from irl.session import GOAL, Question
 from irl.student import Student
 from tests.experiments.teach.desks import CLONING, GOALS, WORLD, best, teach
 
@@ -112,6 +113,17 @@ def test_the_kind_of_question_is_chosen_by_what_it_tells_for_the_teachers_time(d
     at.learnt.gain[10] = 5.0
     at.answer(at.question.token, best(at.question.state), seconds=4.0)
     assert (at.question.step, at.question.state) == (0, 10)  # left, for what tells ten times that
+
+
+def test_what_is_taken_for_a_goal_is_asked_about_before_what_tells_more(desk):
+    at = taught_once(desk)
+    at.asking.queue.insert(0, Question(12, GOAL, 0.0, DONE))
+    at.learnt.gain[38] = 2.0
+    at.another(at.question.token)
+    assert (at.question.strategy, at.question.state) == (GOAL, 12)
+    assert at.question.why.words == "I take this for done, as where you ended: is it?"
+    at.another(at.question.token)
+    assert at.question.state == 38
 
 
 @pytest.mark.parametrize(

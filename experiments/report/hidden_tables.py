@@ -46,6 +46,7 @@ def enough(result: Result) -> list[str]:
                     "–" if right is None else f"{100 * right:.1f} %",
                     str(result[f"{group}reaches"] + result[f"{group}unsure"]),
                     f"{result[f'{group}labels_mean']:.1f}",
+                    "–" if right is None else f"{result[f'{group}stopped_labels_mean']:.1f}",
                 )
             )
     simple = [
@@ -56,7 +57,9 @@ def enough(result: Result) -> list[str]:
     return [
         f"Of {result['checks']} checks that predict success, {result['checks_right']} are right.",
         "",
-        *tabled(["rewards", "lessons", "ended", "rightly", "refused", "labels"], rows),
+        *tabled(
+            ["rewards", "lessons", "ended", "rightly", "refused", "labels", "of those ended"], rows
+        ),
         *tabled([*head, "goal reached", "an action as good"], simple),
     ]
 

@@ -291,8 +291,8 @@ class GoalLearner:
         """Take up the answer to a proposal in the audit: what will do there.
 
         That is the proposal itself if it will. It is held out until the audit is over. Then all its
-        answers are learnt from. If it contradicted, hypotheses are sought as long as after the
-        first run, and another is to begin.
+        answers are learnt from, as what they say of proposals. If it contradicted, hypotheses are
+        sought as long as after the first run, and another is to begin.
 
         Args:
             answer: one label, or that a run ended there.

@@ -182,9 +182,13 @@ def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
         told[f"{group}reaches"] = sum(row["claim"] == REACHES for row in some)
         told[f"{group}unsure"] = sum(row["claim"] == UNSURE for row in some)
         told[f"{group}labels_mean"] = float(np.mean([row["labels"] for row in some]))
+        told[f"{group}stopped_labels_mean"] = (
+            float(np.mean([row["labels"] for row in ended])) if ended else None
+        )
         print(
-            f"{group.strip('_') or 'all':10}{len(some):5d} lessons, {len(ended)} stopped at "
-            f"{told[f'{group}labels_mean']:.1f} labels on average, "
+            f"{group.strip('_') or 'all':10}{len(some):5d} lessons, "
+            f"{told[f'{group}labels_mean']:.1f} labels on average; {len(ended)} stopped"
+            f"{_at(told[f'{group}stopped_labels_mean'])}, "
             f"{sum(row['right'] for row in ended)} of them right; "
             f"{told[f'{group}reaches']} only reach the goal, {told[f'{group}unsure']} are unsure"
         )
@@ -194,6 +198,10 @@ def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
     told["simple_rules"] = [_of_rule(rule, rows) for rule in (*RULES, FIXED)]
     told["answers_saved"] = float(np.mean([questions - row["answers"] for row in rows]))
     return told
+
+
+def _at(labels: float | None) -> str:
+    return "" if labels is None else f" at {labels:.1f}"
 
 
 def _of_rule(rule: str, rows: list[dict[str, Any]]) -> dict[str, Any]:

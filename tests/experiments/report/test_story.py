@@ -137,7 +137,8 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
         out.mkdir(parents=True)
         (out / RESULT).write_text(
             '{"lessons": 200, "stopped": 190, "right_share": 0.98765432, "reaches": 7, "unsure": 3,'
-            '"labels_mean": 22.5, "checks": 900, "checks_right": 899, "simple_rules": ['
+            '"labels_mean": 22.5, "stopped_labels_mean": 21.5,'
+            '"checks": 900, "checks_right": 899, "simple_rules": ['
             '{"rule": "labels agree", "stopped": 200, "wrong": 20, "labels_mean": 10.25,'
             '"success_mdp_mean": 0.9, "accuracy_optimal_all_mean": 0.75},'
             '{"rule": "fixed number", "stopped": 0, "wrong": 0}]}'

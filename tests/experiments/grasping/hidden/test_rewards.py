@@ -119,6 +119,8 @@ def test_lessons_are_counted():
     rest = {"checks": 3, "checks_right": 2, "simple": early}
     told = counted([row | rest | {"stopped": row["claim"] == LEARNT} for row in rows], 16)
     assert (told["lessons"], told["stopped"], told["right_share"]) == (3, 2, 0.5)
+    assert (told["labels_mean"], told["stopped_labels_mean"]) == (14, 11)
+    assert told["nameless_stopped_labels_mean"] is None
     assert told["answers_saved"] == 20 / 3
     assert told["nameless_right_share"] is None
     assert (told["nameless_reaches"], told["named_reaches"]) == (1, 0)

@@ -14,6 +14,7 @@ from experiments.grasping.hidden.planning import Planning, run_planning
 from experiments.grasping.hidden.rewards import Rewards, run_rewards
 from experiments.grasping.tables.advice import AdviceGains, run_advice
 from experiments.grasping.tables.clusters import Clusters, run_clusters
+from experiments.grasping.tables.ensemble import Ensemble, run_ensemble
 from experiments.grasping.tables.ladder import Ladder, run_ladder
 from experiments.grasping.tables.larger import Larger, run_larger
 from experiments.grasping.tables.model_free import ModelFree, run_model_free
@@ -34,6 +35,7 @@ RUN: dict[type, Callable[[Any, Output], dict[str, Any]]] = {
     Rewards: run_rewards,
     Enough: run_enough,
     Planning: run_planning,
+    Ensemble: run_ensemble,
 }
 Config = (
     Annotated[Table, tyro.conf.subcommand("table")]
@@ -47,6 +49,7 @@ Config = (
     | Annotated[Rewards, tyro.conf.subcommand("rewards")]
     | Annotated[Enough, tyro.conf.subcommand("enough")]
     | Annotated[Planning, tyro.conf.subcommand("planning")]
+    | Annotated[Ensemble, tyro.conf.subcommand("ensemble")]
 )
 
 

@@ -246,6 +246,13 @@ PARTS: Sequence[Part] = (
         hidden_tables.enough,
     ),
     Part(
+        "grasping/ensemble",
+        "Knowing when it is enough, without a posterior",
+        ("grasping", "ensemble"),
+        75,
+        network_tables.ensemble,
+    ),
+    Part(
         "grasping/planning",
         "One trajectory, and labels often wrong: planning",
         ("grasping", "planning"),

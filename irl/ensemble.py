@@ -2,8 +2,9 @@
 
 Each member learns from some 63 % of the labels, as many as a bootstrap leaves, none counted twice.
 What members disagree about is not settled by what was shown. So a learner predicts that it is as
-often right as its members let its action pass, and that it gets to where runs ended as surely as
-the worst of them. Like every rule that asks labels alone, it is blind to what no member can say.
+often right as its members let its action pass. Whether it gets to where runs ended needs no
+members: that follows from the transition model. Like every rule that asks labels alone, this one is
+blind to what no member can say.
 """
 
 from collections.abc import Sequence
@@ -69,7 +70,7 @@ def predicted(
     starts: np.ndarray,
     judged: np.ndarray,
 ) -> Predicted:
-    """How well the policy of ``own`` is going to do, by the others.
+    """How well the policy of ``own`` is going to do: where it arrives, and what the others say.
 
     Args:
         model: the transition model.
@@ -82,11 +83,8 @@ def predicted(
     action = own.action(model)
     judged = judged[action[judged] >= 0]
     agreed = [each.lets_pass(judged, action[judged]).mean() for each in others]
-    reached = [
-        success_mdp(model, each.action(model), ends, starts) if ends.size else 0.0
-        for each in (own, *others)
-    ]
-    return Predicted(min(reached), float(np.mean(agreed)))
+    arrives = success_mdp(model, action, ends, starts) if ends.size else 0.0
+    return Predicted(arrives, float(np.mean(agreed)))
 
 
 @dataclass

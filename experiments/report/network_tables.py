@@ -238,9 +238,9 @@ def ensemble(result: Result) -> list[str]:
         rows.append((*told, *figures))
     return [
         "Neither has a posterior. So members learn from 63 % of the labels each. Where they let",
-        "pass what the learner would do it predicts that it is right, and that it arrives it",
-        "predicts as surely as the worst of them does (`irl.ensemble`). It stops when it predicts",
-        "95 and 99 % at two checks in a row, ten answers apart. *Policy unchanged*: at two checks",
+        "pass what the learner would do it predicts that it is right; whether it arrives where",
+        "runs ended, the transition model says (`irl.ensemble`). It stops when it predicts 95 and",
+        "99 % at two checks in a row, ten answers apart. *Policy unchanged*: at two checks",
         "in a row what it would have done before will still do in 99 % of the states. A stop is",
         "wrong where the goal is reached from less than 99 %, or an action as good taken in less",
         "than 90 %. The reward is the demo's; per cent.",

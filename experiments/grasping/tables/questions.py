@@ -39,7 +39,7 @@ COMPARED = ("accuracy_optimal_all", "success_mdp", "success_mdp_all", "accuracy_
 class Questions(Measurement):
     """Compare the ways to choose a question with asking at random, seed by seed."""
 
-    seeds: Annotated[int, Limits(1, 100_000)] = 12
+    seeds: Annotated[int, Limits(1, 100_000)] = 24
     """How many seeds there are."""
     learners: Annotated[tuple[str, ...], Members(tuple(ASKING))] = tuple(ASKING)
     """Who asks: likelihood, a network on the likelihood alone, one question at a time, and default,

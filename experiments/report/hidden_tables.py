@@ -44,7 +44,9 @@ def enough(result: Result) -> list[str]:
                     str(result[f"{group}lessons"]),
                     str(result[f"{group}stopped"]),
                     "–" if right is None else f"{100 * right:.1f} %",
-                    str(result[f"{group}reaches"] + result[f"{group}unsure"]),
+                    str(result[f"{group}reaches"]),
+                    str(result[f"{group}unsure"]),
+                    f"{result[f'{group}contradicted_reaches']} of {result[f'{group}contradicted']}",
                     f"{result[f'{group}labels_mean']:.1f}",
                     "–" if right is None else f"{result[f'{group}stopped_labels_mean']:.1f}",
                 )

@@ -181,6 +181,9 @@ def counted(rows: list[dict[str, Any]], questions: int) -> dict[str, Any]:
         )
         told[f"{group}reaches"] = sum(row["claim"] == REACHES for row in some)
         told[f"{group}unsure"] = sum(row["claim"] == UNSURE for row in some)
+        contradicted = [row for row in some if row["mistaken"]]
+        told[f"{group}contradicted"] = len(contradicted)
+        told[f"{group}contradicted_reaches"] = sum(r["claim"] == REACHES for r in contradicted)
         told[f"{group}labels_mean"] = float(np.mean([row["labels"] for row in some]))
         told[f"{group}stopped_labels_mean"] = (
             float(np.mean([row["labels"] for row in ended])) if ended else None

@@ -137,6 +137,7 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
         out.mkdir(parents=True)
         (out / RESULT).write_text(
             '{"lessons": 200, "stopped": 190, "right_share": 0.98765432, "reaches": 7, "unsure": 3,'
+            '"contradicted": 30, "contradicted_reaches": 6,'
             '"labels_mean": 22.5, "stopped_labels_mean": 21.5,'
             '"checks": 900, "checks_right": 899, "simple_rules": ['
             '{"rule": "labels agree", "stopped": 200, "wrong": 20, "labels_mean": 10.25,'
@@ -170,7 +171,7 @@ def test_missing_parts_are_made_kept_and_not_made_again(tmp_path, results, monke
     assert kept.made["task"] == shipped_task()
     text = (tmp_path / "R.md").read_text()
     assert "ended 190 of 200 lessons" in text
-    assert "| all | 200 | 190 | 98.8 % | 10 | 22.5 |" in text
+    assert "| all | 200 | 190 | 98.8 % | 7 | 3 | 6 of 30 | 22.5 | 21.5 |" in text
     assert "| labels agree | 200 | 20 | 10.2 | 90.0 | 75.0 |" in text
     assert "| fixed number | 0 | 0 |  |  |  |" in text
 

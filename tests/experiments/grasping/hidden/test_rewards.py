@@ -117,6 +117,8 @@ def test_lessons_are_counted():
     early = {"labels": 7, "right": False, "success_mdp": 0.9, "accuracy_optimal_all": 0.5}
     early = {"labels agree": early, FIXED: {**early, "labels": 1299, "right": True}}
     rest = {"checks": 3, "checks_right": 2, "simple": early}
+    for each, mistaken in zip(rows, (0, 1, 2), strict=True):
+        each["mistaken"] = mistaken
     told = counted([row | rest | {"stopped": row["claim"] == LEARNT} for row in rows], 16)
     assert (told["lessons"], told["stopped"], told["right_share"]) == (3, 2, 0.5)
     assert (told["labels_mean"], told["stopped_labels_mean"]) == (14, 11)
@@ -124,6 +126,8 @@ def test_lessons_are_counted():
     assert told["answers_saved"] == 20 / 3
     assert told["nameless_right_share"] is None
     assert (told["nameless_reaches"], told["named_reaches"]) == (1, 0)
+    assert (told["contradicted"], told["contradicted_reaches"]) == (2, 1)
+    assert (told["named_contradicted"], told["named_contradicted_reaches"]) == (1, 0)
     assert (told["checks"], told["checks_right"]) == (9, 6)
     agree, unchanged, fixed = told["simple_rules"]
     assert (agree["stopped"], agree["wrong"], agree["labels_mean"]) == (3, 3, 7)

@@ -14,7 +14,7 @@ from irl.errors import InputError
 from irl.method_inputs import walk_ends, walks
 from irl.policy import Policy
 from irl.posterior.arriving import SHORT, arriving
-from irl.posterior.audit import Audit
+from irl.posterior.audit import Audit, parts
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import EPSILONS
 from irl.posterior.goals import beyond, propose
@@ -249,6 +249,9 @@ class GoalLearner:
     def audit_question(self) -> int:
         """The next state of the audit: drawn by chance, or one whose answer was a surprise, again.
 
+        It is drawn from a part of the states that none was drawn from yet
+        (`irl.posterior.audit.parts`).
+
         What is proposed there is drawn too, from the actions that seem equally good: who minds
         something without a name minds some of them, and one choice of a policy shows less of it.
 
@@ -258,7 +261,13 @@ class GoalLearner:
         again = self.audit.again
         if again is not None:
             return again
-        state = int(self._rng.choice(self.unasked))
+        states, left = self.candidates, self.unasked
+        part = parts(self.action[states], self.audit.wanted)
+        covered = part[np.isin(states, list(self.audit.passed))]
+        open_ = np.unique(part[np.isin(states, left) & ~np.isin(part, covered)])
+        if open_.size:
+            left = np.intersect1d(left, states[part == self._rng.choice(open_)])
+        state = int(self._rng.choice(left))
         value = self.q[state]
         self._proposed[state] = int(self._rng.choice(np.flatnonzero(value >= value.max() - SAME)))
         return state

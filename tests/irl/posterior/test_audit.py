@@ -1,6 +1,7 @@
 """Trials held out: does a learner notice that what it is shown has a reason without a name?"""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
-from irl.posterior.audit import LENGTHS, Audit
+from irl.posterior.audit import LENGTHS, Audit, parts
 from irl.posterior.enough import LEARNT, REACHES, UNTRIED, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import votes
@@ -171,3 +172,31 @@ def test_when_all_was_asked_there_is_no_question():
     for ask in (learner.question, learner.audit_question):
         with pytest.raises(InputError, match="candidates: every state"):
             ask()
+
+
+def test_parts_are_alike_in_size_and_in_the_order_of_what_is_done():
+    action = np.random.default_rng(0).integers(-1, 4, 50)
+    part = parts(action, 12)
+    sizes = np.bincount(part)
+    assert sizes.size == 12
+    assert sizes.max() - sizes.min() <= 1
+    of_part = [action[part == k] for k in range(12)]
+    assert all(a.max() <= b.min() for a, b in pairwise(of_part))
+    assert np.unique(parts(action[:5], 12)).size == 5
+    assert not parts(action[:0], 12).size
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_audit_comes_to_every_kind_of_action(seed):
+    """Half of what it would do is wrong: twelve states by chance alone might not come to it."""
+    learner, _, _ = lesson(named=True, most=0, seed=seed)
+    states = learner.candidates
+    part = parts(learner.action[states], FIRST)
+    asked = []
+    for k in range(FIRST):
+        state = learner.audit_question()
+        asked.append(state)
+        action = learner.proposal(state)
+        pairs, end = ([], state) if action is None else ([(state, action)], None)
+        learner.compare(Demonstrations.from_pairs(pairs, 20 + k, end=end))
+    assert sorted(part[np.isin(states, asked)]) == list(range(FIRST))

@@ -3,10 +3,12 @@
 A posterior that holds no hypothesis like the truth may be sure, and wrong: a cost without a name is
 explained by costs that have one wherever the learner chose to ask, and where several actions look
 equally good, no label contradicts that they are. So in states drawn by chance it says what it would
-do, and is told whether that will do or what would. Where it is wrong, it is often wrong about one
-kind of action: so each state is drawn from a part of its own, of states in the order of what it
-would do there, and all parts are alike in size. It learns from none of the answers before the audit
-is over. Being corrected twice in one state, for the first may be a slip, contradicts it.
+do, and is told whether that will do or what would. Half of these states are where runs start: what
+is done first depends on all that is to follow, so whoever is wrong about goal or costs is wrong
+there most of all. And it is often wrong about one kind of action: so each state is drawn from a
+part of its own, of states in the order of what it would do there. It learns from none of the
+answers before the audit is over. Being corrected twice in one state, for the first may be a slip,
+contradicts it.
 """
 
 from dataclasses import dataclass, field
@@ -62,17 +64,23 @@ class Audit:
         return len(self.passed) >= self.wanted and self.again is None and not self.contradicted
 
 
-def parts(action: np.ndarray, number: int) -> np.ndarray:
-    """Parts of states alike in size, in the order of what would be done there.
+def parts(action: np.ndarray, first: np.ndarray, number: int) -> np.ndarray:
+    """Parts of states that an audit draws one each from.
+
+    Half of the parts are of states where runs start, half of all others, in either case alike in
+    size and in the order of what would be done.
 
     Args:
         action: of each state, int64 ``[n]``.
+        first: whether runs start there, bool ``[n]``.
         number: how many parts.
 
     Returns:
         The part of each state, from 0; int64 ``[n]``.
     """
-    order = np.argsort(action, kind="stable")
     part = np.empty(action.size, dtype=np.int64)
-    part[order] = np.arange(action.size) * number // max(action.size, 1)
+    half = number if first.all() else number // 2 if first.any() else 0
+    for some, begin, count in ((first, 0, half), (~first, half, number - half)):
+        order = np.flatnonzero(some)[np.argsort(action[some], kind="stable")]
+        part[order] = begin + np.arange(order.size) * count // max(order.size, 1)
     return part

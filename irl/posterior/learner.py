@@ -262,7 +262,8 @@ class GoalLearner:
         if again is not None:
             return again
         states, left = self.candidates, self.unasked
-        part = parts(self.action[states], self.audit.wanted)
+        first = np.isin(states, self.problem.start_states)
+        part = parts(self.action[states], first, self.audit.wanted)
         covered = part[np.isin(states, list(self.audit.passed))]
         open_ = np.unique(part[np.isin(states, left) & ~np.isin(part, covered)])
         if open_.size:

@@ -174,16 +174,23 @@ def test_when_all_was_asked_there_is_no_question():
             ask()
 
 
-def test_parts_are_alike_in_size_and_in_the_order_of_what_is_done():
-    action = np.random.default_rng(0).integers(-1, 4, 50)
-    part = parts(action, 12)
-    sizes = np.bincount(part)
-    assert sizes.size == 12
-    assert sizes.max() - sizes.min() <= 1
-    of_part = [action[part == k] for k in range(12)]
-    assert all(a.max() <= b.min() for a, b in pairwise(of_part))
-    assert np.unique(parts(action[:5], 12)).size == 5
-    assert not parts(action[:0], 12).size
+@pytest.mark.parametrize("starts", ["all", "none", "some"])
+def test_parts_are_alike_in_size_and_in_the_order_of_what_is_done(starts):
+    rng = np.random.default_rng(0)
+    action = rng.integers(-1, 4, 150)
+    first = {"all": action > -2, "none": action < -2, "some": rng.random(150) < 0.2}[starts]
+    part = parts(action, first, 13)
+    assert np.unique(part).tolist() == list(range(13))
+    for some in (first, ~first):
+        within = [action[some & (part == k)] for k in np.unique(part[some])]
+        sizes = [each.size for each in within]
+        assert not sizes or max(sizes) - min(sizes) <= 1
+        assert all(a.max() <= b.min() for a, b in pairwise(within))
+    if starts == "some":
+        assert (part[first].max(), part[~first].min()) == (5, 6)
+    few = np.zeros(150, dtype=bool)
+    few[:2] = True
+    assert np.unique(parts(action, few, 12)[few]).size == 2
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -191,7 +198,8 @@ def test_an_audit_comes_to_every_kind_of_action(seed):
     """Half of what it would do is wrong: twelve states by chance alone might not come to it."""
     learner, _, _ = lesson(named=True, most=0, seed=seed)
     states = learner.candidates
-    part = parts(learner.action[states], FIRST)
+    first = np.isin(states, learner.problem.start_states)
+    part = parts(learner.action[states], first, FIRST)
     asked = []
     for k in range(FIRST):
         state = learner.audit_question()

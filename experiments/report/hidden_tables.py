@@ -57,10 +57,19 @@ def enough(result: Result) -> list[str]:
     ]
     head = ["a simpler rule", "would have ended", "wrongly", "at labels"]
     return [
+        "A lesson is *ended* when the learner says that it reaches the goal the way it is liked,",
+        "*rightly* if it does from 99 % of the starts and takes an action as good in 90 %. Else it",
+        "says that it has *not understood* how it is liked, or is *not sure* of the goal; beside",
+        "that, of lessons in which an audit contradicted it, those in which it said the former.",
+        "",
         f"Of {result['checks']} checks that predict success, {result['checks_right']} are right.",
         "",
         *tabled(
-            ["rewards", "lessons", "ended", "rightly", "refused", "labels", "of those ended"], rows
+            [
+                *("rewards", "lessons", "ended", "rightly", "not understood", "not sure"),
+                *("of contradicted", "labels", "of those ended"),
+            ],
+            rows,
         ),
         *tabled([*head, "goal reached", "an action as good"], simple),
     ]

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Protocol
 
 import numpy as np
 
+from experiments.grasping.hidden.enough import RIGHT_ACCURACY, RIGHT_SUCCESS
 from experiments.grasping.hidden.lessons import LEAST_LABELS
 from experiments.grasping.tables.learners import OURS
 from experiments.grasping.tables.lesson import Lesson, shared_teacher
@@ -33,9 +34,9 @@ from irl.problem import LearningProblem
 from models.task.spaces import N_STATES
 
 RULES = ("ensemble", "policy unchanged")
-RIGHT_SUCCESS, RIGHT_ACCURACY = 0.99, 0.90
 UNCHANGED, IN_A_ROW = 0.01, 2
-"""Share of the states whose action may change from check to check, and how often in a row."""
+"""Share of the states, below which so many checks in a row must find that what would have been done
+before will not do any more."""
 _BETA = 30.0
 """Inverse temperature of the choices of ``planning``, whose values differ by 1 at most or so."""
 

@@ -7,6 +7,7 @@ members: that follows from the transition model. Like every rule that asks label
 blind to what no member can say.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -18,7 +19,7 @@ from irl.metrics import success_mdp
 from irl.policy import Policy
 from irl.posterior.predictions import Predicted
 
-KEPT = 1 - 1 / np.e
+KEPT = 1 - math.exp(-1)
 """Share of the labels that a member learns from: those that a bootstrap draws once or more."""
 SUCCESS, ACCURACY, IN_A_ROW = 0.99, 0.95, 2
 """What must be predicted, and at how many checks in a row."""

@@ -12,14 +12,14 @@ import numpy as np
 
 from experiments.kit.command import Output
 from experiments.kit.shipped_data import SHIPPED_TASK
-from experiments.teach.commands import QUIT, perform, read_script, settle
 from experiments.teach.desk import Desk, DeskConfig
 from experiments.teach.files import export, plain, take_in
 from experiments.teach.review import Record, report, show_report
 from experiments.teach.rounds import LocalLearner, ThreadLearner
-from experiments.teach.scripted import answer_as_the_oracle, demonstrated
+from experiments.teach.shell.commands import QUIT, perform, read_script, settle
+from experiments.teach.shell.scripted import answer_as_the_oracle, demonstrated
+from experiments.teach.shell.terminal import teach
 from experiments.teach.students import USE_RULES, rules_of, student_config
-from experiments.teach.terminal import teach
 from experiments.teach.worlds import World, grid_world, robot_world
 from irl.choices import Limits, Settings
 from irl.errors import InputError

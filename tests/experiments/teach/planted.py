@@ -6,7 +6,7 @@ import numpy as np
 
 from experiments.teach.desk import Desk
 from experiments.teach.review import at_odds
-from experiments.teach.scripted import would_say
+from experiments.teach.shell.scripted import would_say
 from experiments.teach.worlds import World
 from irl.lesson import Lesson
 from irl.lesson_events import DONE

@@ -6,7 +6,7 @@ import torch
 
 from experiments.teach.desk import Desk
 from experiments.teach.rounds import LocalLearner
-from experiments.teach.terminal import show
+from experiments.teach.shell.terminal import show
 from irl.errors import InputError
 from irl.lesson import Lesson
 from irl.lesson_events import DONE

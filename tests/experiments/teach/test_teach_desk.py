@@ -11,7 +11,7 @@ from experiments.grasping.learning import FACTORED, network_features
 from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.desk import Desk
 from experiments.teach.rounds import LocalLearner
-from experiments.teach.scripted import demonstrated
+from experiments.teach.shell.scripted import demonstrated
 from experiments.teach.students import student_config
 from experiments.teach.worlds import robot_world
 from irl.active import ActiveConfig, active_fa_mlirl

@@ -8,7 +8,7 @@ from experiments.kit.shipped_data import SHIPPED_TASK
 from experiments.teach.desk import Desk, DeskConfig
 from experiments.teach.review import report
 from experiments.teach.rounds import LocalLearner
-from experiments.teach.scripted import SECONDS, answer_as_the_oracle, would_say
+from experiments.teach.shell.scripted import SECONDS, answer_as_the_oracle, would_say
 from experiments.teach.worlds import grid_world, robot_world
 from irl.demonstrations import Demonstrations
 from irl.lesson import Lesson

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("nicegui")
 
 from experiments.kit.shipped_data import SHIPPED_TASK
-from experiments.teach.scripted import SECONDS
+from experiments.teach.shell.scripted import SECONDS
 from experiments.teach.worlds import robot_world
 from irl.policy import load_policy
 from tests.experiments.teach.page.film import Film

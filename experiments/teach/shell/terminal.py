@@ -3,9 +3,9 @@
 import time
 from collections.abc import Sequence
 
-from experiments.teach.commands import QUIT, Command, check, parsed, perform, settle
 from experiments.teach.desk import Desk
 from experiments.teach.said import said
+from experiments.teach.shell.commands import QUIT, Command, check, parsed, perform, settle
 from experiments.teach.shown import Shown
 from experiments.teach.worlds import World
 from irl.errors import InputError

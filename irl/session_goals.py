@@ -1,7 +1,7 @@
 """A session whose learner is a posterior over goals and costs: few answers, and it says when.
 
-Questions are where an answer tells most; once its own predictions are good, they are drawn by
-chance, and the learner's proposal is put to the test (`irl.posterior.enough`).
+Questions are where an answer tells most; once its own predictions are good, they are where an audit
+wants them, and the learner's proposal is put to the test (`irl.posterior.enough`).
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from irl.taught_state import TaughtState
 from irl.uncertainty import shannon_entropy
 
 INFORMATION, TEST = "information", "test"
-"""Strategies: where an answer tells most; and by chance, to test a proposal."""
+"""Strategies: where an answer tells most; and to test a proposal (`irl.posterior.audit_states`)."""
 _LOOKED_AT = 1500  # states whose information is worked out before a question
 _DRAWS = 5  # draws from a few states that are left may be the same
 _CROWD = 10  # a batch of n is spread over the 10 n best
@@ -96,7 +96,7 @@ class GoalSession(Session):
     # --- Asking -----------------------------------------------------------------------------
 
     def propose(self, n: int) -> list[Question]:
-        """Where answers tell most, spread over states unlike one another; or a test's, by chance.
+        """Where answers tell most, spread over states unlike one another; or a test's.
 
         The first of them is the one that `EnoughRule` would ask about.
         """
@@ -218,11 +218,10 @@ class GoalSession(Session):
         reason = f"{said}. I expect to reach the goal from {predicted.success:.0%} of the starts, "
         reason += f"and to act as you would in {predicted.accuracy:.0%} of the states"
         if said == LEARNT:
-            reason += (
-                f"; in {len(audit.passed)} states drawn by chance you let what I proposed pass"
-            )
+            reason += f"; in {len(audit.passed)} states that I did not choose my proposals passed"
         elif self.rule.audits(learner):
-            reason += f"; tested in {len(audit.passed)} of {audit.wanted} states drawn by chance"
+            tested = f"{len(audit.passed)} of {audit.wanted} states that I did not choose"
+            reason += f"; tested in {tested}"
         return Enough(said == LEARNT, reason, False, figures)
 
 

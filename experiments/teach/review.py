@@ -152,7 +152,7 @@ def held_out(desk: Desk | Record) -> dict[str, Any] | None:
 
 
 def tested(answers: list[Answered]) -> dict[str, Any] | None:
-    """How often the learner's proposal passed, in states drawn by chance to test it."""
+    """How often the learner's proposal passed, in states that it did not choose, to test it."""
     tests = [answer for answer in answers if answer.purpose == AUDIT]
     if not tests:
         return None

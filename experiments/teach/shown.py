@@ -103,7 +103,7 @@ _WORDS = {
     "again": "You took your answer back.",
     "information": "Your answer here tells me most of what you are after.",
     "goal": "I take this for done, as where you ended: is it?",
-    "test": "Drawn by chance, to test whether I have understood; I say what I would do.",
+    "test": "Not of my choosing, to test whether I have understood; I say what I would do.",
     "test again": "Once more, for your answer surprised me.",
     "random": "Drawn by chance.",
 }

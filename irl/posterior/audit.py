@@ -2,20 +2,15 @@
 
 A posterior that holds no hypothesis like the truth may be sure, and wrong: a cost without a name is
 explained by costs that have one wherever the learner chose to ask, and where several actions look
-equally good, no label contradicts that they are. So in states drawn by chance it says what it would
-do, and is told whether that will do or what would. Half of these states are where runs start: what
-is done first depends on all that is to follow, so whoever is wrong about goal or costs is wrong
-there most of all. And it is often wrong about one kind of action: so each state is drawn from a
-part of its own, of states in the order of what it would do there. It learns from none of the
-answers before the audit is over. Being corrected twice in one state, for the first may be a slip,
-contradicts it.
+equally good, no label contradicts that they are. So in states that it did not choose
+(`irl.posterior.audit_states`) it says what it would do, and is told whether that will do or what
+would. It learns from none of the answers before the audit is over. Being corrected twice in one
+state, for the first may be a slip, contradicts it.
 """
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-LENGTHS = 12, 14, 18
+LENGTHS = 13, 15, 18
 """States without a contradiction that confirm a learner: one that was never contradicted, one that
 was once and has learnt from it, and one that was more often."""
 _TWICE = 2
@@ -58,29 +53,7 @@ class Audit:
     def confirmed(self) -> bool:
         """Whether the learner has understood.
 
-        One that is right in four states of five comes through with probability 0.07, and in 99 of a
-        hundred with 0.89.
+        One that is right in four states of five comes through with probability 0.05, and in 99 of a
+        hundred with 0.88.
         """
         return len(self.passed) >= self.wanted and self.again is None and not self.contradicted
-
-
-def parts(action: np.ndarray, first: np.ndarray, number: int) -> np.ndarray:
-    """Parts of states that an audit draws one each from.
-
-    Half of the parts are of states where runs start, half of all others, in either case alike in
-    size and in the order of what would be done.
-
-    Args:
-        action: of each state, int64 ``[n]``.
-        first: whether runs start there, bool ``[n]``.
-        number: how many parts.
-
-    Returns:
-        The part of each state, from 0; int64 ``[n]``.
-    """
-    part = np.empty(action.size, dtype=np.int64)
-    half = number if first.all() else number // 2 if first.any() else 0
-    for some, begin, count in ((first, 0, half), (~first, half, number - half)):
-        order = np.flatnonzero(some)[np.argsort(action[some], kind="stable")]
-        part[order] = begin + np.arange(order.size) * count // max(order.size, 1)
-    return part

@@ -47,7 +47,7 @@ class EnoughRule:
     def question(self, learner: GoalLearner) -> int:
         """The state to ask about.
 
-        For the audit by chance; else to see whether it is a goal, if success is predicted because
+        In an audit as that wants; else to see whether it is a goal, if success is predicted because
         it is taken for one; else where it tells most.
         """
         if self.audits(learner):

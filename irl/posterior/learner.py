@@ -14,7 +14,8 @@ from irl.errors import InputError
 from irl.method_inputs import walk_ends, walks
 from irl.policy import Policy
 from irl.posterior.arriving import SHORT, arriving
-from irl.posterior.audit import Audit, parts
+from irl.posterior.audit import Audit
+from irl.posterior.audit_states import audit_parts
 from irl.posterior.belief import Belief
 from irl.posterior.evidence import EPSILONS
 from irl.posterior.goals import beyond, propose
@@ -247,10 +248,9 @@ class GoalLearner:
         return beyond(self.belief.goals, ends, self.arrived, self._askable)
 
     def audit_question(self) -> int:
-        """The next state of the audit: drawn by chance, or one whose answer was a surprise, again.
+        """The next state of the audit: one whose answer was a surprise, again, or drawn by chance.
 
-        It is drawn from a part of the states that none was drawn from yet
-        (`irl.posterior.audit.parts`).
+        From a part of the states that none was drawn from yet (`irl.posterior.audit_states`).
 
         What is proposed there is drawn too, from the actions that seem equally good: who minds
         something without a name minds some of them, and one choice of a policy shows less of it.
@@ -261,9 +261,11 @@ class GoalLearner:
         again = self.audit.again
         if again is not None:
             return again
-        states, left = self.candidates, self.unasked
-        first = np.isin(states, self.problem.start_states)
-        part = parts(self.action[states], first, self.audit.wanted)
+        left, ends = self.unasked, np.unique(self.shown.ends[:, 2])
+        asked = np.concatenate([self.shown.state, ends, self.skipped])
+        states = np.setdiff1d(self.candidates, asked)
+        action = self.action[states]
+        part = audit_parts(self.problem, states, action, ends, self.audit.wanted, self.mistaken)
         covered = part[np.isin(states, list(self.audit.passed))]
         open_ = np.unique(part[np.isin(states, left) & ~np.isin(part, covered)])
         if open_.size:

@@ -60,9 +60,9 @@ class Enough(Settings):
     """How many processes; the results do not depend on it."""
     cluster: str = ""
     """The address of a dask scheduler that runs them instead, such as tcp://host:8786."""
-    seed: int = 8
+    seed: int = 9
     """The seed of rewards and lessons. Settings were chosen on those of 1000 to 1002, and after a
-    look at lessons of 1, 5, 6 and 7."""
+    look at lessons of 1 and 5 to 8."""
     out: Path = field(default_factory=lambda: Path("out/grasping/enough"))
     """The folder that the results are written to."""
 

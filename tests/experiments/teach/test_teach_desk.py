@@ -265,7 +265,7 @@ def test_it_says_that_it_is_enough_and_is_right(desk):
         if at.enough.enough:
             break
         teach(at, 1)
-    assert at.enough.enough and "drawn by chance" in at.enough.reason
+    assert at.enough.enough and "that I did not choose" in at.enough.reason
     assert WORLD.success(at.policy.action) == 1.0
     tests = [e for e in at.lesson.events if isinstance(e, Asked) and e.purpose == "audit"]
     assert len(tests) >= 12

@@ -1,7 +1,6 @@
 """Trials held out: does a learner notice that what it is shown has a reason without a name?"""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,7 +10,8 @@ from irl.demonstrations import Demonstrations
 from irl.demonstrators import OracleDemonstrator
 from irl.domains.gridworld import GridWorld
 from irl.errors import InputError
-from irl.posterior.audit import LENGTHS, Audit, parts
+from irl.posterior.audit import LENGTHS, Audit
+from irl.posterior.audit_states import audit_parts
 from irl.posterior.enough import LEARNT, REACHES, UNTRIED, EnoughRule, claim
 from irl.posterior.learner import GoalConfig, GoalLearner
 from irl.posterior.predictions import votes
@@ -174,32 +174,13 @@ def test_when_all_was_asked_there_is_no_question():
             ask()
 
 
-@pytest.mark.parametrize("starts", ["all", "none", "some"])
-def test_parts_are_alike_in_size_and_in_the_order_of_what_is_done(starts):
-    rng = np.random.default_rng(0)
-    action = rng.integers(-1, 4, 150)
-    first = {"all": action > -2, "none": action < -2, "some": rng.random(150) < 0.2}[starts]
-    part = parts(action, first, 13)
-    assert np.unique(part).tolist() == list(range(13))
-    for some in (first, ~first):
-        within = [action[some & (part == k)] for k in np.unique(part[some])]
-        sizes = [each.size for each in within]
-        assert not sizes or max(sizes) - min(sizes) <= 1
-        assert all(a.max() <= b.min() for a, b in pairwise(within))
-    if starts == "some":
-        assert (part[first].max(), part[~first].min()) == (5, 6)
-    few = np.zeros(150, dtype=bool)
-    few[:2] = True
-    assert np.unique(parts(action, few, 12)[few]).size == 2
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_an_audit_comes_to_every_kind_of_action(seed):
     """Half of what it would do is wrong: twelve states by chance alone might not come to it."""
     learner, _, _ = lesson(named=True, most=0, seed=seed)
-    states = learner.candidates
-    first = np.isin(states, learner.problem.start_states)
-    part = parts(learner.action[states], first, FIRST)
+    ends = learner.shown.ends[:, 2]
+    states = np.setdiff1d(learner.candidates, [*learner.shown.state, *ends])
+    part = audit_parts(learner.problem, states, learner.action[states], ends, FIRST)
     asked = []
     for k in range(FIRST):
         state = learner.audit_question()
@@ -208,3 +189,29 @@ def test_an_audit_comes_to_every_kind_of_action(seed):
         pairs, end = ([], state) if action is None else ([(state, action)], None)
         learner.compare(Demonstrations.from_pairs(pairs, 20 + k, end=end))
     assert sorted(part[np.isin(states, asked)]) == list(range(FIRST))
+
+
+def wanting_a_column(seed, most=40):
+    """A lesson about somebody who wants to be in a column, of which the learner has no factor."""
+    rng = np.random.default_rng(seed)
+    oracle = OracleDemonstrator(MODEL, np.flatnonzero(COLUMN == 6), gamma=0.95, tolerance=0.005)
+    features = np.column_stack([ROW, COLUMN]) / N
+    problem = LearningProblem(MODEL, features, gamma=0.95, factors={"row": ROW})
+    learner = GoalLearner(problem, rng=rng, config=GoalConfig(rounds=1))
+    learner.learn(demonstrate_to_the_end(oracle, [8], rng))
+    for k in range(FIRST):
+        state = learner.audit_question()
+        done, proposed = oracle.terminal[state], learner.proposal(state)
+        will_do = proposed is not None and oracle.optimal_actions[state, proposed]
+        pairs = [] if done else [(state, proposed if will_do else oracle.label(state, rng))]
+        learner.compare(Demonstrations.from_pairs(pairs, 20 + k, end=state if done else None))
+        if learner.mistaken:
+            break
+    return learner
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_who_takes_too_little_for_the_goal_is_contradicted_just_beside_it(seed):
+    learner = wanting_a_column(seed)
+    assert learner.mistaken == 1
+    assert (learner.shown.ends[:, 2] % N == 6).all()

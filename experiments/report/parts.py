@@ -249,7 +249,7 @@ PARTS: Sequence[Part] = (
         "grasping/ensemble",
         "Knowing when it is enough, without a posterior",
         ("grasping", "ensemble"),
-        75,
+        150,
         network_tables.ensemble,
     ),
     Part(

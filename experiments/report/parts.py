@@ -272,7 +272,7 @@ PARTS: Sequence[Part] = (
         "complexity",
         "Table 6.1: seconds an iteration",
         ("complexity",),
-        30,
+        10,
         domain_tables.complexity,
         (("complexity.png", "Seconds by states and method"),),
         workers=False,

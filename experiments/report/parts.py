@@ -193,8 +193,9 @@ PARTS: Sequence[Part] = (
         "grasping/questions",
         "What asking well is worth (thesis 4.1, 7.3)",
         ("grasping", "questions"),
-        55,
+        75,
         network_tables.questions,
+        (("gains.png", "What each way to ask gains over chance"),),
     ),
     Part(
         "grasping/clusters",
@@ -237,6 +238,7 @@ PARTS: Sequence[Part] = (
         ("grasping", "enough", "--lessons", "200"),
         90,
         hidden_tables.enough,
+        (("lessons.png", "How good the learner was when a lesson was over"),),
     ),
     Part(
         "grasping/outside",
@@ -244,6 +246,7 @@ PARTS: Sequence[Part] = (
         ("grasping", "enough", "--about", "outside", "--lessons", "40"),
         45,
         hidden_tables.enough,
+        (("lessons.png", "The same, where the goal is none that the learner can think of"),),
     ),
     Part(
         "grasping/ensemble",

@@ -20,6 +20,7 @@ from experiments.grasping.hidden.costs import LEFT_OUT
 from experiments.grasping.hidden.drawn import is_nameless, told_by, with_noise
 from experiments.grasping.hidden.fixed_budget import THESIS_ANSWERS, after_answers
 from experiments.grasping.hidden.lessons import Setting, asked, shared_setting, shown_runs
+from experiments.grasping.hidden.pictures import draw_lessons
 from experiments.grasping.hidden.simple_rules import RULES, Watched
 from experiments.kit.command import Output
 from experiments.kit.executors import MOST_WORKERS, run_jobs, start_workers
@@ -158,6 +159,8 @@ def run_enough(config: Enough, output: Output) -> dict[str, Any]:
         f"a lesson took {np.mean(result['seconds']):.1f} s of one core on average, at most "
         f"{max(result['seconds']):.1f} s"
     )
+    with output.figure("lessons.png") as figure:
+        draw_lessons(figure, rows, RIGHT_ACCURACY)
     kept.forget()
     return result
 

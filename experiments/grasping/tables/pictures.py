@@ -1,4 +1,4 @@
-"""Pictures of Table 6.3: the accuracies as a matrix, and the way from label to label."""
+"""Pictures of Table 6.3, the way from label to label, and what asking well is worth."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -70,3 +70,32 @@ def draw_curves(figure: Figure, curves: Sequence[Mapping[str, Any]]) -> None:
         axis.set(xlabel="states demonstrated", ylim=(0, 1.02), title=words)
         axis.grid(alpha=0.3)
     axes[0].legend(fontsize=7, frameon=False, loc="center right")
+
+
+def draw_gains(figure: Figure, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Draw what each way to ask gains over random questions, with intervals, in points."""
+    learners = list(dict.fromkeys(row["learner"] for row in rows))
+    strategies = list(dict.fromkeys(row["strategy"] for row in rows))
+    figure.set_size_inches(10, 0.32 * len(strategies) + 1.6)
+    axes = figure.subplots(1, 2, sharey=True)
+    measures = (("accuracy_optimal_all", "an action as good"), ("success_mdp", "goal reached"))
+    for axis, (measure, words) in zip(axes, measures, strict=True):
+        for k, learner in enumerate(learners):
+            own = {row["strategy"]: row for row in rows if row["learner"] == learner}
+            gains = np.array([own[name]["against_random"][measure] for name in strategies]).T
+            mean, low, high = 100 * gains
+            axis.errorbar(
+                mean,
+                np.arange(len(strategies)) + 0.2 * (k - (len(learners) - 1) / 2),
+                xerr=[mean - low, high - mean],
+                fmt="o",
+                ms=4,
+                capsize=2,
+                label=learner,
+            )
+        axis.axvline(0, color="k", lw=0.8)
+        axis.set(xlabel="points more than random questions", title=words)
+        axis.grid(alpha=0.3)
+    axes[0].set_yticks(range(len(strategies)), strategies, fontsize=8)
+    axes[0].invert_yaxis()
+    axes[1].legend(title="who learns", frameon=False, fontsize=8)

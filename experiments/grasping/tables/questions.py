@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from experiments.grasping.tables.learners import OURS, Learner
 from experiments.grasping.tables.lesson import Lesson, shared_teacher
 from experiments.grasping.tables.options import Measurement, spread
+from experiments.grasping.tables.pictures import draw_gains
 from experiments.kit.command import Output
 from experiments.kit.jobs import rows_of
 from experiments.kit.kept_rows import KeptRows
@@ -81,6 +82,8 @@ def run_questions(config: Questions, output: Output) -> dict[str, Any]:
         "each": rows,
     }
     show(result["rows"])
+    with output.figure("gains.png") as figure:
+        draw_gains(figure, result["rows"])
     kept.forget()
     return result
 

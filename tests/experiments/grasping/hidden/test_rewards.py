@@ -82,6 +82,7 @@ def test_lessons_that_the_learner_ends(command, tmp_path):
     assert len(result["seconds"]) == 1
     assert "seconds" not in told
     assert result["simple_rules"][-1]["labels_mean"] <= told["labels"] + 2
+    assert (tmp_path / "lessons.png").stat().st_size > 10_000
 
 
 def row(**changed):

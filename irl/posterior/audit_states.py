@@ -90,19 +90,16 @@ def beside(
     Returns:
         Distinct sets of states, each with one for every end; none where no state differs.
     """
-    found: dict[bytes, np.ndarray] = {}
-    for values in factors.values():
-        near = set()
-        for end in ends.tolist():
-            other = among[values[among] != values[end]]
-            if not other.size:
-                continue
-            differ = np.sum([each[other] != each[end] for each in factors.values()], axis=0)
-            least = other[differ == differ.min()]
-            if features is not None:
-                least = least[[np.linalg.norm(features[least] - features[end], axis=1).argmin()]]
-            near.add(int(least[0]))
-        if near:
-            states = np.array(sorted(near), dtype=np.int64)
-            found.setdefault(states.tobytes(), states)
-    return list(found.values())
+    if not factors:
+        return []
+    near: dict[str, set[int]] = {name: set() for name in factors}
+    for end in ends.tolist():
+        unlike = {name: values[among] != values[end] for name, values in factors.items()}
+        far = np.zeros(among.size)
+        if features is not None:
+            far = np.linalg.norm(features[among] - features[end], axis=1)
+        ranked = np.lexsort((far, np.sum(list(unlike.values()), axis=0)))
+        for name, other in unlike.items():
+            near[name].update(among[ranked[other[ranked]][:1]].tolist())
+    distinct = dict.fromkeys(tuple(sorted(states)) for states in near.values() if states)
+    return [np.array(states) for states in distinct]

@@ -261,12 +261,11 @@ class GoalLearner:
         again = self.audit.again
         if again is not None:
             return again
-        left, ends = self.unasked, np.unique(self.shown.ends[:, 2])
-        asked = np.concatenate([self.shown.state, ends, self.skipped])
-        states = np.setdiff1d(self.candidates, asked)
+        left, asked = self.unasked, np.array(list(self.audit.passed), dtype=np.int64)
+        states, ends = np.union1d(left, asked), np.unique(self.shown.ends[:, 2])
         action = self.action[states]
         part = audit_parts(self.problem, states, action, ends, self.audit.wanted, self.mistaken)
-        covered = part[np.isin(states, list(self.audit.passed))]
+        covered = part[np.isin(states, asked)]
         open_ = np.unique(part[np.isin(states, left) & ~np.isin(part, covered)])
         if open_.size:
             left = np.intersect1d(left, states[part == self._rng.choice(open_)])

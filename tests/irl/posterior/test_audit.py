@@ -1,6 +1,7 @@
 """Trials held out: does a learner notice that what it is shown has a reason without a name?"""
 
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -191,27 +192,24 @@ def test_an_audit_comes_to_every_kind_of_action(seed):
     assert sorted(part[np.isin(states, asked)]) == list(range(FIRST))
 
 
-def wanting_a_column(seed, most=40):
-    """A lesson about somebody who wants to be in a column, of which the learner has no factor."""
-    rng = np.random.default_rng(seed)
-    oracle = OracleDemonstrator(MODEL, np.flatnonzero(COLUMN == 6), gamma=0.95, tolerance=0.005)
-    features = np.column_stack([ROW, COLUMN]) / N
-    problem = LearningProblem(MODEL, features, gamma=0.95, factors={"row": ROW})
-    learner = GoalLearner(problem, rng=rng, config=GoalConfig(rounds=1))
-    learner.learn(demonstrate_to_the_end(oracle, [8], rng))
-    for k in range(FIRST):
-        state = learner.audit_question()
-        done, proposed = oracle.terminal[state], learner.proposal(state)
-        will_do = proposed is not None and oracle.optimal_actions[state, proposed]
-        pairs = [] if done else [(state, proposed if will_do else oracle.label(state, rng))]
-        learner.compare(Demonstrations.from_pairs(pairs, 20 + k, end=state if done else None))
-        if learner.mistaken:
-            break
-    return learner
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_who_takes_too_little_for_the_goal_is_contradicted_just_beside_it(seed):
-    learner = wanting_a_column(seed)
+    """The demonstrator lets everything pass but in a column of 25, for which there is no factor."""
+    n = 25
+    row, column = np.divmod(np.arange(n * n), n)
+    model, wanted = GridWorld(n, (0, 0)).model, column == 6
+    rng = np.random.default_rng(seed)
+    oracle = OracleDemonstrator(model, np.flatnonzero(wanted), gamma=0.95, tolerance=0.005)
+    features = np.column_stack([row, column]) / n
+    problem = LearningProblem(model, features, gamma=0.95, factors={"row": row})
+    learner = GoalLearner(problem, rng=rng, config=GoalConfig(rounds=1))
+    learner.learn(demonstrate_to_the_end(oracle, [8], rng))
+    numbers = count(20)
+    while not (learner.audit.confirmed or learner.mistaken):
+        state, run = learner.audit_question(), next(numbers)
+        proposed = None if wanted[state] else learner.proposal(state)
+        pairs = [] if proposed is None else [(state, proposed)]
+        end = state if proposed is None else None
+        learner.compare(Demonstrations.from_pairs(pairs, run, end=end))
     assert learner.mistaken == 1
-    assert (learner.shown.ends[:, 2] % N == 6).all()
+    assert (learner.shown.ends[:, 2] % n == 6).all()

@@ -1,5 +1,6 @@
 """What a single run teaches, beside a thousand labels: `goal_posterior` on one trajectory."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 from time import process_time
@@ -48,7 +49,7 @@ def learn_from_one(
         rng: draws the run, and what the learner tries.
         seed: is noted in the policy.
     """
-    run = next(filter(_is_whole, islice(teacher.runs(rng), TRIES)), None)
+    run = next(whole_runs(teacher, rng), None)
     if run is None:
         return None
     began, task = process_time(), teacher.task
@@ -67,5 +68,8 @@ def learn_from_one(
     ), policy
 
 
-def _is_whole(run: Demonstrations) -> bool:
-    return len(run) >= LEAST_LABELS and len(run.ends) > 0
+def whole_runs(teacher: GraspTeacher, rng: np.random.Generator) -> Iterator[Demonstrations]:
+    """Of a hundred runs those that have two labels or more, and say where they ended."""
+    for run in islice(teacher.runs(rng), TRIES):
+        if len(run) >= LEAST_LABELS and len(run.ends):
+            yield run
